@@ -12,6 +12,27 @@ const LEAST_PARALLAX: f64 = 1.7e-4;
 const LEAST_FORWARD: f64 = 0.2;
 
 /// Cameras with fixed mutual places, all in one frame.
+///
+/// # Examples
+///
+/// A point seen by two cameras, 12 cm apart:
+///
+/// ```
+/// use boresight_geometry::{Camera, Rig};
+/// use nalgebra::{Isometry3, Point2, Point3};
+///
+/// let rig = Rig {
+///     cameras: vec![Camera::pinhole(900.0, Point2::new(640.0, 360.0)); 2],
+///     cam_from_rig: vec![Isometry3::identity(), Isometry3::translation(-0.12, 0.0, 0.0)],
+/// };
+/// let point_m = Point3::new(0.1, -0.2, 1.5);
+/// let px = [0, 1].map(|of| rig.cameras[of].project(&(rig.cam_from_rig[of] * point_m)));
+/// let [Some(left), Some(right)] = px else { panic!("both see it") };
+///
+/// assert!(rig.row_error_px([0, 1], [left, right]).is_some_and(|off_px| off_px.abs() < 1e-9));
+/// let found_m = rig.triangulate(&[(0, left), (1, right)]).expect("rays that meet");
+/// assert!((found_m - point_m).norm() < 1e-9);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
     /// Lens of each camera.

@@ -85,6 +85,41 @@ struct View {
 ///
 /// [`NotARig`] if a camera's views give no lens, if cameras share no instants, or if the pictures
 /// aren't of the same moments.
+///
+/// # Examples
+///
+/// Two cameras see a board in eight places:
+///
+/// ```
+/// use boresight_calibrate::{CalibrationParams, RigViews, calibrate_rig};
+/// use boresight_geometry::{Camera, Corner, boards::Board, frame::ImageSize};
+/// use nalgebra::{Isometry3, Point2, Vector3};
+///
+/// let truth = Camera::pinhole(950.0, Point2::new(648.0, 353.0));
+/// let cam_from_rig = [Isometry3::identity(), Isometry3::translation(-0.12, 0.0, 0.0)];
+/// let board = Board::new(9, 6, 0.025)?;
+/// let place = |number: u64| {
+///     let (sin, cos) = (number as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
+///     let at_m = Vector3::new(0.06 + 0.02 * cos, 0.02 * sin, 0.45);
+///     Isometry3::new(at_m, Vector3::new(sin, -cos, 0.0) * 40_f64.to_radians())
+/// };
+/// let corners = |cam_from_board: Isometry3<f64>| {
+///     let points_m = board.corners_in_board_m();
+///     let px = points_m.iter().filter_map(|it| truth.px_from_board(&cam_from_board, it));
+///     px.map(|px| Corner::isotropic(px, 0.05)).collect()
+/// };
+/// let cameras = cam_from_rig.map(|cam_from_rig| RigViews {
+///     image_size: ImageSize { width_px: 1280, height_px: 720 },
+///     views: (1..=8).map(|at| (at, corners(cam_from_rig * place(at)))).collect(),
+///     known_lens: None,
+/// });
+///
+/// let found = calibrate_rig(&cameras, &board, &CalibrationParams::default())?;
+///
+/// assert!((found.rig.baseline_m(0, 1) - 0.12).abs() < 1e-5);
+/// assert!(found.pairs[0].sd.is_some(), "eight places state an uncertainty");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn calibrate_rig(
     cameras: &[RigViews],
     board: &Board,
