@@ -1,5 +1,7 @@
 //! Calibration of a rig so far, and the next place of the board.
 
+use std::cmp::Reverse;
+
 use nalgebra::{Isometry3, Vector2};
 
 use crate::guidance::{GuidanceParams, LensEstimate, Target, posed_board, target_at};
@@ -85,7 +87,9 @@ fn first_place(
         let target = target_at(&pose, board, &guess(lead))?;
         return Some(Wanted { lead, targets: vec![(lead, target)], gain: 0.0 });
     }
-    let lead = (0..views.len()).rev().max_by_key(|camera| others(*camera).count())?;
+    // Each camera needs views for its lens, whichever sees the board most easily.
+    let needs = |camera: &usize| (views[*camera].views.len(), Reverse(others(*camera).count()));
+    let lead = (0..views.len()).min_by_key(needs)?;
     let linked: Vec<usize> = [lead].into_iter().chain(others(lead)).collect();
     let points_m = board.corners_in_board_m();
     let pose = |camera: usize, number: u64| {

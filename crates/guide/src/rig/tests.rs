@@ -39,6 +39,13 @@ fn four_cameras_in_the_corners_of_a_room_take_a_minute_and_a_half() {
 }
 
 #[test]
+fn a_camera_with_too_few_views_for_a_lens_is_asked_for() {
+    // This person shows the board to two of four cameras again and again.
+    let mut world = World { random: 0x9E37_79B9_7F4A_7C15 ^ (34 << 32), ..World::in_corners() };
+    is_calibrated_within(&mut world, 120);
+}
+
+#[test]
 fn a_chain_whose_ends_share_nothing_is_linked_by_its_middle() {
     let mut world = World::in_a_chain();
     is_calibrated_within(&mut world, 120);
