@@ -98,7 +98,7 @@ impl egui::DroppedFile for Dragged {
     }
 }
 
-fn drop_onto(window: &mut Window, path: &Path) {
+pub(crate) fn drop_onto(window: &mut Window, path: &Path) {
     window.input_mut().dropped_files.push(Arc::new(Dragged(path.into())));
     window.step();
 }
@@ -110,7 +110,7 @@ fn says(window: &Window, role: Role, start: &str) -> bool {
     })
 }
 
-fn text(path: &Path) -> String {
+pub(crate) fn text(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 

@@ -11,6 +11,7 @@ mod cameras;
 mod comparison;
 mod contrast;
 mod design;
+mod engineer;
 mod eyes;
 mod fits;
 mod fixtures;

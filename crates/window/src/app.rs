@@ -667,6 +667,10 @@ impl App {
     fn command(&mut self, ctx: &Context, command: Command) {
         match &mut self.stage {
             SessionState::Running(running) => running.command(command),
+            SessionState::Ended(ended) if self.page == Page::Result && leaves_out(command) => {
+                let folder = ended.folder.clone();
+                self.correct(folder, command);
+            }
             // An ended session changes by resuming it.
             SessionState::Ended(ended) => {
                 let folder = ended.folder.clone();
@@ -808,7 +812,11 @@ impl App {
     }
 }
 
-/// Inner corners, if valid for a board.
+/// True if `command` needs no camera.
+fn leaves_out(command: Command) -> bool {
+    matches!(command, Command::UndoLast | Command::Remove { .. } | Command::Restore)
+}
+
 impl eframe::App for App {
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
         self.look(ctx);

@@ -13,7 +13,7 @@ use boresight_present::{instruction::Instruction, known::NewestKnown};
 /// Time without a picture before it's reported.
 const STALLED_SECS: f64 = 2.0;
 /// Width of a thumbnail's texture.
-const THUMBNAIL_PX: u32 = 192;
+const THUMBNAIL_PX: u32 = 480;
 
 /// Preferences of the person for picture and sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

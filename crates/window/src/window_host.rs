@@ -23,7 +23,7 @@ use boresight_app::{
         opening::new_session_path,
         rig_guide::guide_rig,
         rig_run::{RigHand, RigNews, RigOpening, RigRun},
-        run::{Concluded, announcing},
+        run::{Concluded, FinishedRun, announcing},
     },
     window::{
         desktop,
@@ -40,6 +40,7 @@ use boresight_app::{
 use boresight_capture::{is_address, without_secrets};
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
+use boresight_guide::session;
 #[cfg(feature = "serve")]
 use boresight_phone::QrCode;
 use boresight_present::text;
@@ -260,6 +261,26 @@ impl AppHost for WindowHost {
         let folder = folder.to_path_buf();
         let work = move || {
             let stored = recordings::stored(&folder).map_err(|err| user_error(&err));
+            wake();
+            stored
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn correct(
+        &mut self,
+        folder: &Path,
+        command: session::Command,
+        wake: Wake,
+    ) -> Result<Storing, UserError> {
+        let folder = folder.to_path_buf();
+        let conclude = self.concluding();
+        let work = move || {
+            let ended = conclude(FinishedRun::corrected(&folder, command), &folder);
+            let stored = match ended.trouble {
+                Some(trouble) => Err(trouble),
+                None => recordings::stored(&folder).map_err(|err| user_error(&err)),
+            };
             wake();
             stored
         };
@@ -567,13 +588,24 @@ impl WindowHost {
         onlookers.push(announcing(&announcer));
         let (pipeline, showing) =
             Pipeline::start_with_feed_before(setup, &onlookers, move || wake())?;
+        let concluding = self.concluding();
+        let conclude = Box::new(move |finished| {
+            let folder = context.path.clone();
+            concluding(context.finished(finished), &folder)
+        });
+        Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
+    }
+
+    /// Stores the result of a session in its folder, and tells everybody.
+    fn concluding(
+        &self,
+    ) -> impl FnOnce(anyhow::Result<FinishedRun>, &Path) -> Ended + Send + 'static {
+        let announcer = self.announcer();
         let exit = Arc::clone(&self.exit);
         let on_result = Arc::clone(&self.on_result);
         #[cfg(feature = "serve")]
         let phone = self.phone.clone();
-        let conclude = Box::new(move |finished| {
-            let folder = context.path.clone();
-            let run = context.finished(finished);
+        move |run, folder| {
             #[cfg(feature = "serve")]
             let session = run.as_ref().ok().map(|run| run.session.clone());
             #[cfg(feature = "serve")]
@@ -587,7 +619,7 @@ impl WindowHost {
             });
             #[cfg(feature = "serve")]
             if let (Some(phone), Some(session), Ok(concluded)) = (&phone, &session, &outcome) {
-                phone.ended(session, concluded, &folder);
+                phone.ended(session, concluded, folder);
             }
             let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
@@ -597,15 +629,14 @@ impl WindowHost {
                 .collect();
             let (compared, trouble) = match outcome {
                 Ok(Concluded { result, compared, .. }) => {
-                    on_result(&folder, &result);
+                    on_result(folder, &result);
                     (compared, None)
                 }
                 Err(err) => (None, Some(user_error(&err))),
             };
             let compared = compared.map(|outcome| outcome.map_err(|err| user_error(&err)));
-            Ended { folder, files, compared, trouble }
-        });
-        Ok(Opened { pipeline, showing, source, folder, pictures, adjustables, note, conclude })
+            Ended { folder: folder.into(), files, compared, trouble }
+        }
     }
 }
 

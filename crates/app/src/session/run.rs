@@ -12,7 +12,7 @@ use anyhow::Context;
 use image::GrayImage;
 
 use crate::{
-    Announcer, Exit,
+    Announcer, Exit, SavedSession,
     session::{
         camera_announcer::CameraAnnouncer,
         comparison::{self, Compared},
@@ -253,6 +253,21 @@ impl RunContext {
 }
 
 impl FinishedRun {
+    /// The stored session in `path` after `command`, without its camera.
+    ///
+    /// # Errors
+    ///
+    /// As [`SavedSession::resume`], and if the journal can't be written.
+    pub fn corrected(path: &Path, command: Command) -> anyhow::Result<Self> {
+        let (mut folder, SavedSession { mut session, first_frame, .. }) =
+            SavedSession::resume(path)?;
+        for input in [Input::Resumed, Input::Command(command), Input::Stop] {
+            let decision = session.handle(&input);
+            folder.journal_mut().append(&input, &decision, None, true)?;
+        }
+        Ok(Self { session, path: path.to_path_buf(), truth: None, first_frame, unseen: 0 })
+    }
+
     /// Announces the result, and writes result, comparison and report into the session's folder.
     ///
     /// # Errors

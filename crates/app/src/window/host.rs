@@ -152,6 +152,22 @@ pub trait AppHost {
     /// [`UserError`] if it cannot start.
     fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError>;
 
+    /// Starts carrying out `command` on the stored session in `folder`, without its camera. Its
+    /// result is stored again.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it cannot start.
+    fn correct(
+        &mut self,
+        folder: &Path,
+        command: Command,
+        wake: Wake,
+    ) -> Result<Storing, UserError> {
+        let _ = command;
+        self.stored(folder, wake)
+    }
+
     /// Moves the session in `folder` to the bin.
     ///
     /// # Errors

@@ -1,6 +1,8 @@
 //! The words of the charts on the result page and in the report.
 
+use super::view_name;
 use crate::chart::Axes;
+use boresight_guide::session::ViewNumber;
 
 /// Chart of the result page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -138,6 +140,34 @@ pub fn worst(view: &str) -> String {
     format!("{view} fits worst")
 }
 
+/// Line at the error of all views.
+pub fn all_views(rms_px: f64) -> String {
+    format!("all views: {rms_px:.3} px")
+}
+
+/// Note below the picture of a view with its residuals.
+pub fn arrows(view: &str, times: f64) -> String {
+    format!("{view}: arrows enlarged {times:.0}×")
+}
+
+/// Tooltip of the button that leaves out a view.
+pub const LEAVE_OUT_TIP: &str = "Calibrate again without this view. You can put it back.";
+
+/// Button to calibrate without a view.
+pub fn leave_out(number: ViewNumber) -> String {
+    format!("Leave out {}", view_name(number))
+}
+
+/// Button to calibrate with a view that was left out.
+pub fn put_back(number: ViewNumber) -> String {
+    format!("Put back {}", view_name(number))
+}
+
+/// Button to choose the view before the chosen one.
+pub const PREVIOUS: &str = "Previous view";
+/// Button to choose the view after the chosen one.
+pub const NEXT: &str = "Next view";
+
 /// Note below the bars: distance of the worst view from the rest.
 pub fn per_view(times: f64) -> String {
     format!("The worst view has {times:.1} times the usual residual")
@@ -152,6 +182,9 @@ pub fn scatter(corners: usize, rms_px: f64) -> String {
 pub fn poses(views: usize, nearest_m: f64, farthest_m: f64) -> String {
     format!("{views} boards, {nearest_m:.2} to {farthest_m:.2} m away; grey: what the camera sees")
 }
+
+/// Hint on the bars, which choose a view in the window.
+pub const CLICK: &str = "click a bar or a board to see its view";
 
 /// Hint on the drawing of the poses, which turns in the window.
 pub const DRAG: &str = "drag to turn";

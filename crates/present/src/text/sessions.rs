@@ -55,6 +55,8 @@ pub const RUNS: &str = "This session is running. Finish it first";
 pub const FINISH_FIRST: &str = "Finish the running session first.";
 /// Note while a result is being opened.
 pub const OPENING: &str = "Opening the result…";
+/// Note while a session is calibrated again.
+pub const CORRECTING: &str = "Calibrating again…";
 /// Error of a session's result that couldn't be opened for an unknown reason.
 pub const NOT_OPENED: &str = "The result couldn't be opened";
 

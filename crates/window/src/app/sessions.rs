@@ -11,10 +11,14 @@ use super::{
     super::{result, screen::Screen, session_state::SessionState},
     App, Page,
 };
-use boresight_app::window::{
-    host::{Ended, SessionRequest},
-    recordings::{Dropped, StoredSession},
+use boresight_app::{
+    explain::UserError,
+    window::{
+        host::{Ended, SessionRequest, Storing},
+        recordings::{Dropped, StoredSession},
+    },
 };
+use boresight_guide::session::Command;
 use boresight_present::text::sessions as words;
 
 /// Source name for the recorded source of a resumed session.
@@ -32,9 +36,23 @@ impl App {
             self.note = Some(words::FINISH_FIRST.into());
             return;
         }
-        match self.host.stored(&folder, Arc::clone(&self.wake)) {
+        self.result = result::ResultPage::default();
+        let storing = self.host.stored(&folder, Arc::clone(&self.wake));
+        self.store(folder, storing, words::OPENING);
+    }
+
+    /// Starts carrying out `command` on the ended session in `folder`, and shows its new result.
+    pub(super) fn correct(&mut self, folder: PathBuf, command: Command) {
+        if self.storing.is_none() {
+            let storing = self.host.correct(&folder, command, Arc::clone(&self.wake));
+            self.store(folder, storing, words::CORRECTING);
+        }
+    }
+
+    fn store(&mut self, folder: PathBuf, storing: Result<Storing, UserError>, note: &str) {
+        match storing {
             Ok(storing) => {
-                self.note = Some(words::OPENING.into());
+                self.note = Some(note.into());
                 self.storing = Some((folder, storing));
             }
             Err(trouble) => self.note = Some(trouble.what),
@@ -68,6 +86,7 @@ impl App {
     fn show_ended(&mut self, ctx: &Context, folder: PathBuf, stored: StoredSession) {
         let StoredSession { snapshot, pictures, source, files } = stored;
         let preferences = self.screen.preferences;
+        let is_same = self.ended().is_some_and(|ended| ended.folder == folder);
         self.screen = Screen { preferences, now_secs: ctx.time(), source, ..Screen::default() };
         self.screen.folder = Some(folder.clone());
         if let Some((_, picture)) = pictures.last() {
@@ -79,13 +98,12 @@ impl App {
         self.screen.snapshot = Some(snapshot);
         // Sessions started from here reuse the board and source.
         let board = self.screen.snapshot.as_ref().map(|snapshot| snapshot.setup.board);
-        if let Some(board) = board {
+        if let Some(board) = board.filter(|_| !is_same) {
             let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
             self.wish.board = [side(board.columns()), side(board.rows())];
+            self.wish.source = RECORDED.into();
         }
-        self.wish.source = RECORDED.into();
         let ended = Ended { folder, files, compared: None, trouble: None };
-        self.result = result::ResultPage::default();
         self.result.begin(&ended, self.host.older(&ended.folder));
         (self.exported, self.note, self.page) = (None, None, Page::Result);
         self.stage = SessionState::Ended(ended);

@@ -9,6 +9,7 @@ use nalgebra::Point2;
 use super::{
     super::{
         guide::overlay::ellipse_px,
+        keys::UiAction,
         picture::{Dressing, Placed},
         screen::Screen,
         theme,
@@ -21,11 +22,12 @@ use boresight_calibrate::{Calibration, Drift, leave_out::consecutive};
 use boresight_geometry::{
     GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
-use boresight_guide::session::Snapshot;
+use boresight_guide::session::{Snapshot, ViewNumber};
 use boresight_present::{
     grade::Grade,
     known::Known,
     text::{
+        Act,
         charts::{self as words, Chart},
         knows_sd,
         result::meets_goal,
@@ -38,8 +40,8 @@ const NOTE: f32 = 88.0;
 const LOWEST: f32 = 140.0;
 
 /// Shows the choice of charts and the chosen chart.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
-    let ResultPage { chart, comparison, undistorted: share, turn_rad, .. } = table;
+pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage, asks: &mut Vec<UiAction>) {
+    let ResultPage { chart, comparison, undistorted: share, chosen, turn_rad, .. } = table;
     choose(ui, chart, &Chart::PLAIN);
     CollapsingHeader::new(words::MORE).default_open(Chart::EXPERT.contains(chart)).show(ui, |ui| {
         choose(ui, chart, &Chart::EXPERT);
@@ -49,33 +51,52 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
     if *chart == Chart::Undistorted {
         ui.add(Slider::new(share, 0.0..=1.0).show_value(false).text(words::AFTER));
     }
+    let both = (snapshot, calibration);
+    let place = view_bars::place_of(*chosen, both);
+    if matches!(chart, Chart::Views | Chart::Poses | Chart::Scatter | Chart::Residuals) {
+        choose_view(ui, chosen, (place, snapshot), asks);
+    }
+    let place = place.unwrap_or_default();
     let all = ui.available_rect_before_wrap();
     // Below the choice, with its words after it.
     let size = calibration.image_size;
     let high = all.width() * size.height_px as f32 / size.width_px as f32 + NOTE;
-    let high = high.min(all.height()).max(LOWEST);
+    let is_linked = *chart == Chart::Views;
+    let high = if is_linked { all.height() } else { high.min(all.height()) }.max(LOWEST);
     let area = Rect::from_min_size(all.min, vec2(all.width(), high));
     let response = ui.allocate_rect(area, Sense::click_and_drag());
     let within = Rect::from_min_max(area.min + vec2(4.0, 4.0), area.max - vec2(4.0, NOTE));
     let placed = Placed::within(within, calibration.image_size, false);
-    let painter = ui.painter_at(placed.rect);
-    painter.rect_filled(placed.rect, 0.0, Color32::from_gray(28));
-    let within = placed.rect;
-    let both = (snapshot, calibration);
+    let within = if is_linked { within } else { placed.rect };
+    let painter = ui.painter_at(within);
+    painter.rect_filled(within, 0.0, Color32::from_gray(28));
+    *turn_rad += 0.01 * response.drag_delta().x;
+    let click = response.interact_pointer_pos().filter(|_| response.clicked());
+    let at = (place, click);
+    let mut clicked = None;
     let note = match chart {
-        Chart::Views => view_bars::draw(&painter, within, screen, both),
-        Chart::Poses => {
-            *turn_rad += 0.01 * response.drag_delta().x;
-            poses::draw(&painter, within, *turn_rad, both)
+        Chart::Views => {
+            let (above, bars) = within.split_top_bottom_at_fraction(0.6);
+            let (left, right) = above.split_left_right_at_fraction(0.58);
+            view_bars::picture(&painter, left.shrink(6.0), screen, place, both);
+            let board = poses::draw(&painter, right, *turn_rad, at, both).1;
+            let (note, bar) = view_bars::draw(&painter, bars, at, both);
+            clicked = board.or(bar);
+            note
         }
-        Chart::Scatter => scatter::draw(&painter, within, snapshot, calibration),
+        Chart::Poses => {
+            let (note, board) = poses::draw(&painter, within, *turn_rad, at, both);
+            clicked = board;
+            note
+        }
+        Chart::Scatter => scatter::draw(&painter, within, place, both),
         Chart::Distance => distance::draw(&painter, within, calibration),
         Chart::Correlations => correlations::draw(&painter, within, calibration),
         Chart::Uncertainty => {
             let known = screen.known.borrow_mut().of(snapshot);
             uncertainty(&painter, &placed, calibration, known.as_deref())
         }
-        Chart::Residuals => residuals(&painter, &placed, snapshot, calibration),
+        Chart::Residuals => residuals(&painter, &placed, place, both),
         Chart::Lines => lines(&painter, &placed, snapshot, calibration),
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
         Chart::Undistorted => undistorted(&painter, &placed, screen, (calibration, *share)),
@@ -86,7 +107,10 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
             })
         }
     };
-    let mut at = placed.rect.left_bottom() + vec2(0.0, 0.5 * theme::UNIT);
+    if let Some(view) = clicked.and_then(|place| snapshot.views.get(place)) {
+        *chosen = Some(view.number);
+    }
+    let mut at = within.left_bottom() + vec2(0.0, 0.5 * theme::UNIT);
     if *chart == Chart::Uncertainty && knows_sd(calibration) {
         let known = screen.known.borrow_mut().of(snapshot);
         at.y += legend(ui, at, calibration, known.map_or(0.0, |known| known.share()));
@@ -116,6 +140,42 @@ fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
             }
         }
     });
+}
+
+/// Buttons to choose a view, to calibrate without it, and to put back the one left out last.
+fn choose_view(
+    ui: &mut Ui,
+    chosen: &mut Option<ViewNumber>,
+    (place, snapshot): (Option<usize>, &Snapshot),
+    asks: &mut Vec<UiAction>,
+) {
+    ui.horizontal_wrapped(|ui| {
+        let number = |place: usize| snapshot.views.get(place).map(|view| view.number);
+        for (name, to) in [
+            (words::PREVIOUS, place.and_then(|place| number(place.checked_sub(1)?))),
+            (words::NEXT, place.and_then(|place| number(place + 1))),
+        ] {
+            if ui.add_enabled(to.is_some(), Button::new(name)).clicked() {
+                *chosen = to;
+            }
+        }
+        if let Some(number) = place.and_then(number) {
+            let button = ui.button(words::leave_out(number));
+            if button.on_hover_text(words::LEAVE_OUT_TIP).clicked() {
+                asks.push(UiAction::Remove(number));
+            }
+        }
+        put_back(ui, snapshot, asks);
+    });
+}
+
+/// Button to put back the view left out last, if any.
+pub(super) fn put_back(ui: &mut Ui, snapshot: &Snapshot, asks: &mut Vec<UiAction>) {
+    if let Some(number) = snapshot.removed
+        && ui.button(words::put_back(number)).clicked()
+    {
+        asks.push(UiAction::Act(Act::Restore));
+    }
 }
 
 /// Colours of the cells within the goal and beyond. Returns the height of the legend.
@@ -184,14 +244,14 @@ fn uncertainty(
 fn residuals(
     painter: &Painter,
     placed: &Placed,
-    snapshot: &Snapshot,
-    calibration: &Calibration,
+    chosen: usize,
+    (snapshot, calibration): (&Snapshot, &Calibration),
 ) -> String {
     let wide_px = f64::from(calibration.image_size.width_px);
     // A typical residual becomes an arrow of a hundredth of the picture's width.
     let times = (0.01 * wide_px / calibration.rms_px.max(1e-6)).clamp(1.0, 1e5);
     for (index, view) in snapshot.views.iter().enumerate() {
-        let color = theme::direction(view.tilt_azimuth_rad);
+        let color = view_bars::lit(index == chosen, theme::direction(view.tilt_azimuth_rad));
         for (expected, off) in scatter::residuals_of(index, snapshot, calibration) {
             let from = placed.pos(&expected);
             let to = placed.pos(&(expected + off * times));

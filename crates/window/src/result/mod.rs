@@ -62,7 +62,7 @@ pub fn show(
     if has_result {
         let width = 0.5 * ui.available_width();
         Panel::right("charts").resizable(false).exact_size(width).show(ui, |ui| {
-            charts::show(ui, screen, table);
+            charts::show(ui, screen, table, asks);
         });
     }
     CentralPanel::default().show(ui, |ui| {

@@ -3,7 +3,7 @@
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, vec2};
 use nalgebra::{Point3, Vector3};
 
-use super::super::theme;
+use super::{super::theme, view_bars::lit};
 use boresight_calibrate::Calibration;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
@@ -13,13 +13,15 @@ use boresight_present::{
 
 /// Room around the drawing, in points.
 const MARGIN: f32 = 14.0;
-/// Draws the scene as seen from `turn_rad` to the side, and the words below.
+/// Draws the scene as seen from `turn_rad` to the side. Returns the words below, and the place of a
+/// view clicked at `click`.
 pub(super) fn draw(
     painter: &Painter,
     area: Rect,
     turn_rad: f32,
+    (chosen, click): (usize, Option<Pos2>),
     (snapshot, calibration): (&Snapshot, &Calibration),
-) -> String {
+) -> (String, Option<usize>) {
     let board = &snapshot.setup.board;
     let corners_m = board.corners_in_board_m();
     let rim = board.target().rim();
@@ -38,7 +40,7 @@ pub(super) fn draw(
     let farthest_m = away_m().fold(0.0, f64::max);
     let nearest_m = away_m().fold(f64::INFINITY, f64::min);
     if farthest_m <= 0.0 {
-        return words::TOO_FEW.into();
+        return (words::TOO_FEW.into(), None);
     }
     let size = calibration.image_size;
     let size_px = (f64::from(size.width_px), f64::from(size.height_px));
@@ -73,13 +75,33 @@ pub(super) fn draw(
     let mut order: Vec<usize> = (0..boards.len()).collect();
     let depth = |index: usize| boards[index].iter().map(|point| seen(point).2).sum::<f64>();
     order.sort_by(|a, b| depth(*b).total_cmp(&depth(*a)));
+    let mut hit = Vec::new();
     for index in order {
         let azimuth = snapshot.views.get(index).map_or(0.0, |view| view.tilt_azimuth_rad);
-        let color = theme::direction(azimuth);
+        let color = lit(index == chosen, theme::direction(azimuth));
         let points: Vec<Pos2> = boards[index].iter().map(pos).collect();
+        if click.is_some_and(|at| is_within(at, &points)) {
+            hit.push(index);
+        }
         let face = color.gamma_multiply(0.25);
         painter.add(Shape::convex_polygon(points.clone(), face, Stroke::NONE));
         painter.add(Shape::closed_line(points, Stroke::new(1.5, color)));
     }
-    format!("{}; {}", words::poses(boards.len(), nearest_m, farthest_m), words::DRAG)
+    let said = words::poses(boards.len(), nearest_m, farthest_m);
+    // The nearest one, then those behind it.
+    let before = hit.iter().position(|index| *index == chosen).filter(|at| *at > 0);
+    let clicked = before.map_or(hit.last().copied(), |at| hit.get(at - 1).copied());
+    (format!("{said}; {}", words::DRAG), clicked)
+}
+
+/// True if `at` is within the convex polygon `points`.
+fn is_within(at: Pos2, points: &[Pos2]) -> bool {
+    let next = points.iter().cycle().skip(1);
+    let sides = points.iter().zip(next).map(|(a, b)| {
+        let (side, off) = (*b - *a, at - *a);
+        side.x * off.y - side.y * off.x
+    });
+    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+    sides.for_each(|side| (least, most) = (least.min(side), most.max(side)));
+    least >= 0.0 || most <= 0.0
 }

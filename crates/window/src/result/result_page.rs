@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use super::comparison::{Comparison, Outcome};
 use boresight_app::window::host::Ended;
+use boresight_guide::session::ViewNumber;
 use boresight_present::text::charts::Chart;
 
 /// The person's choices on the page.
@@ -15,6 +16,8 @@ pub struct ResultPage {
     pub comparison: Comparison,
     /// Share of the distortion removed from the picture, 0 to 1.
     pub undistorted: f32,
+    /// View chosen in every chart; `None` for the one that fits worst.
+    pub chosen: Option<ViewNumber>,
     /// Viewing angle of the poses.
     pub turn_rad: f32,
 }
@@ -23,7 +26,8 @@ impl Default for ResultPage {
     fn default() -> Self {
         let (chart, comparison) = (Chart::default(), Comparison::default());
         // From the side, to show distances and tilts.
-        Self { engineer: false, chart, comparison, undistorted: 1.0, turn_rad: 0.9 }
+        let (engineer, chosen) = (false, None);
+        Self { engineer, chart, comparison, undistorted: 1.0, chosen, turn_rad: 0.9 }
     }
 }
 

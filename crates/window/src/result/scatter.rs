@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 use nalgebra::{Point2, Vector2};
 
-use super::super::theme;
+use super::{super::theme, view_bars::lit};
 use boresight_calibrate::Calibration;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
@@ -39,8 +39,8 @@ pub(super) fn residuals_of(
 pub(super) fn draw(
     painter: &Painter,
     area: Rect,
-    snapshot: &Snapshot,
-    calibration: &Calibration,
+    chosen: usize,
+    (snapshot, calibration): (&Snapshot, &Calibration),
 ) -> String {
     let views: Vec<_> = (0..calibration.views.len())
         .map(|index| residuals_of(index, snapshot, calibration))
@@ -62,9 +62,13 @@ pub(super) fn draw(
     for sds in [1.0, 2.0] {
         painter.circle_stroke(cloud.center(), (sds * rms_px * scale) as f32, grey);
     }
-    for (view, residuals) in snapshot.views.iter().zip(&views) {
-        let color = theme::direction(view.tilt_azimuth_rad).gamma_multiply(0.8);
-        for (_, off) in residuals {
+    // The chosen view's last, on top.
+    let mut order: Vec<usize> = (0..views.len()).collect();
+    order.sort_by_key(|place| *place == chosen);
+    for place in order {
+        let azimuth = snapshot.views.get(place).map_or(0.0, |view| view.tilt_azimuth_rad);
+        let color = lit(place == chosen, theme::direction(azimuth));
+        for (_, off) in &views[place] {
             let pos = at(off);
             if cloud.contains(pos) {
                 painter.circle_filled(pos, 1.8, color);

@@ -9,7 +9,7 @@ use super::{
         screen::Screen,
         theme,
     },
-    card,
+    card, charts,
     comparison::{self, Comparison},
     state::State,
 };
@@ -100,6 +100,9 @@ fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiActi
             ui.label(words::TRY);
         }
         ui.add_space(theme::UNIT);
+        if let Some(snapshot) = snapshot {
+            charts::put_back(ui, snapshot, asks);
+        }
         ui.horizontal(|ui| match state {
             State::Running | State::Ending => {
                 button(ui, Act::GuidePage, asks);
