@@ -37,6 +37,7 @@ use boresight_files::{Overwrite, may_save, save};
 use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
+    cause_picture::CausePicture,
     report::{CameraSection, Provenance, Report, page},
     text::report as words,
 };
@@ -265,6 +266,10 @@ impl Arguments {
                 ..taken_with
             };
             let certificate = Some(certificate(&config.certificate, known, &mut notes));
+            let number = |place: usize| {
+                file.used().nth(place).map_or_else(String::new, |(number, _)| number.to_string())
+            };
+            let cause = result.as_ref().ok().and_then(|it| CausePicture::of(it, &number));
             let report = Report {
                 name: words::files(&folder_name(&self.inputs), self.inputs.len()),
                 calibration: file,
@@ -273,6 +278,7 @@ impl Arguments {
                 camera,
                 corners: views.corners,
                 pictures: views.pictures,
+                cause,
                 check: None,
                 refused: Vec::new(),
                 provenance: Provenance { rows: versions(&[]), command: this_command() },

@@ -321,6 +321,14 @@ fn contradictions(calibration: &Calibration, shown: &Shown) -> Vec<String> {
             object(format!("{surface}: {other} % of the picture beside {share:?}"));
         }
     }
+    // One picture of the cause, only where the grade asks for it.
+    for surface in ["report", "phone"] {
+        let caption = card.cause.as_ref().map(|cause| cause.caption.as_str());
+        if caption.is_some_and(|it| !of(surface).contains(it)) || caption.is_some_and(|_| is_usable)
+        {
+            object(format!("{surface}: the cause {caption:?} beside {grade_said}"));
+        }
+    }
     // One number.
     if let Some(error) = card.error.as_ref().filter(|_| is_usable) {
         let number = format!("±{} {}", error.number, error.unit);

@@ -389,6 +389,7 @@ fn drift_is_shown_where_it_is_known() {
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures: Vec::new(),
+        cause: None,
         check: None,
         refused: Vec::new(),
         provenance: Provenance::default(),

@@ -1,17 +1,26 @@
 //! The result as one card: what it says, what it offers, and that nothing praises a result that
 //! isn't trustworthy.
 
+use std::sync::Arc;
+
 use boresight::{
+    calibration::{Calibration, Finding, FindingCode, FocusMotion, Severity},
     text::Act,
     ui::{SMALLEST, UiAction},
 };
+use boresight_present::result_card::ResultCard;
 use egui::{Theme, Vec2, accesskit::Role};
 use egui_kittest::{
     Harness,
     kittest::{NodeT, Queryable},
 };
 
-use crate::{Page, Table, fixtures::moments, harness_at, matrix::moment_of};
+use crate::{
+    Page, Table,
+    fixtures::{Moment, moments},
+    harness_at,
+    matrix::moment_of,
+};
 
 fn card(name: &str, size: Vec2) -> Harness<'static, Table> {
     let moment = moment_of(&moments(), name);
@@ -74,6 +83,77 @@ fn nothing_praises_a_result_that_is_not_trustworthy() {
     click(&mut page, Role::Button, "Start again");
     assert_eq!(page.state().asks, [UiAction::Act(Act::New)]);
     page.get_by_role_and_label(Role::Button, "Export anyway…");
+}
+
+/// Each cause that can make a result untrustworthy: the names of its two lines, and the size of the
+/// second in the first, as drawn.
+#[test]
+fn the_cause_is_drawn_from_its_own_numbers_with_the_enlargement_stated() {
+    let moment = moment_of(&moments(), "done untrustworthy");
+    let focus = |motion| FindingCode::FocusMoved { sigmas: 9.0, relative_sd: 0.01, motion };
+    let mixed = FindingCode::ViewsMixed {
+        odd_views: 1,
+        view: 2,
+        f_ratio: 1.5,
+        shift_px: 9.0,
+        sigmas: 50.0,
+    };
+    let jump = FocusMotion::Jump { view: 2, change: 0.02 };
+    for (code, names, ratio, caption) in [
+        (focus(jump), ["view 2", "view 3"], 1.2, "2.0 % larger, drawn 10 times as much"),
+        (
+            focus(FocusMotion::Drift { change: -0.005 }),
+            ["view 1", "view 4"],
+            0.75,
+            "0.5 % smaller, drawn 50 times as much",
+        ),
+        (
+            focus(FocusMotion::Breathes { change: 0.2 }),
+            ["farthest board", "nearest board"],
+            1.2,
+            "20.0 % larger",
+        ),
+        (
+            focus(FocusMotion::Scattered),
+            ["some views", "others"],
+            1.2,
+            "Size differs by 1.0 % (sd), drawn 10 times as much",
+        ),
+        (mixed, ["the other views", "view 3"], 1.5, "50.0 % larger"),
+    ] {
+        let mut snapshot = moment.snapshot.clone();
+        let calibration = snapshot.calibration.as_deref().expect("there").clone();
+        let findings = vec![Finding { code, severity: Severity::Bad }];
+        snapshot.calibration = Some(Arc::new(Calibration { findings, ..calibration }));
+        let cause = ResultCard::of(&snapshot).and_then(|card| card.cause).expect("a picture");
+        assert_eq!(cause.parts.each_ref().map(|part| part.name.as_str()), names);
+        assert_eq!(cause.caption, caption);
+        let [first, second] = cause.parts.each_ref().map(|part| {
+            let [left, right, ..] = part.corners_px;
+            right.x - left.x
+        });
+        assert!((second / first - ratio).abs() < 1e-9, "{caption}: {}", second / first);
+        let size = snapshot.setup.image_size;
+        let svg = cause.svg(size, None);
+        assert!(svg.contains(&format!(">{}</text>", names[1])) && svg.ends_with("</svg>"));
+        let inside = |px: &nalgebra::Point2<f64>| {
+            (0.0..f64::from(size.width_px)).contains(&px.x)
+                && (0.0..f64::from(size.height_px)).contains(&px.y)
+        };
+        assert!(cause.parts.iter().flat_map(|part| &part.corners_px).all(inside), "{caption}");
+        let moment = Moment { snapshot, ..moment_of(&moments(), "done untrustworthy") };
+        let mut page = harness_at(Page::Result, &moment, (Theme::Dark, 1.0), SMALLEST);
+        page.state_mut().result.engineer = false;
+        page.run();
+        page.get_by_role_and_label(Role::Image, caption);
+        if let Some(folder) = std::env::var_os("BORESIGHT_MATRIX") {
+            let name = format!("cause_{}.png", names[1].replace(' ', "_"));
+            let painted = page.render().expect("painted");
+            painted.save(std::path::Path::new(&folder).join(name)).expect("saved");
+        }
+    }
+    let care = moment_of(&moments(), "done care");
+    assert_eq!(ResultCard::of(&care.snapshot).and_then(|card| card.cause), None);
 }
 
 #[test]

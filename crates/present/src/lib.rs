@@ -6,6 +6,7 @@
 //! | [`goal`] | the goal of a result, and the error held to it |
 //! | [`grade`] | the grade of a result |
 //! | [`result_card`] | a result, as one value |
+//! | [`cause_picture`] | the one cause of an untrustworthy result, as lines on a picture |
 //! | [`known`] | the map of what is known of the picture |
 //! | [`reading`] | measurements of the newest frame, beside the requested values |
 //! | [`text`] | the sentences; decides nothing |
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod browser;
+pub mod cause_picture;
 pub mod chart;
 pub mod ghost;
 pub mod goal;

@@ -8,6 +8,7 @@ use boresight_guide::{
 };
 
 use crate::{
+    cause_picture::CausePicture,
     goal::Goal,
     grade::Grade,
     text::{self, acceptance, result as words},
@@ -26,6 +27,8 @@ pub struct ResultCard {
     pub what: String,
     /// What to do.
     pub action: String,
+    /// The cause as a picture, if the result isn't trustworthy and a picture can show it.
+    pub cause: Option<CausePicture>,
 }
 
 /// Error of a result, in the unit of the person's goal.
@@ -76,6 +79,10 @@ impl ResultCard {
             None if !goal.is_met() => (words::MISSES[0].into(), words::MISSES[1]),
             None => (words::USE_WHERE_BRIGHT.into(), words::KEEP_THE_LENS),
         };
-        Self { grade, error, goal: goal.said(), what, action: action.into() }
+        let called = |place: usize| {
+            number(place).map_or_else(|| (place + 1).to_string(), |number| number.to_string())
+        };
+        let cause = CausePicture::of(calibration, &called);
+        Self { grade, error, goal: goal.said(), what, action: action.into(), cause }
     }
 }

@@ -64,6 +64,7 @@ pub fn of_text(
         camera,
         corners: Vec::new(),
         pictures,
+        cause: None,
         check: None,
         refused: Vec::new(),
         provenance: Provenance { rows, command },

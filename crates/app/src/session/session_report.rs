@@ -28,9 +28,11 @@ use boresight_guide::{
     session::{Ending, Input, Session},
 };
 use boresight_present::{
+    cause_picture::CausePicture,
     report::{
         CameraChange, CameraSection, Certificate, Provenance, Refused, Report, Thumbnail, page,
     },
+    result_card::ResultCard,
     text::{self, report as words},
 };
 use boresight_run::{
@@ -204,10 +206,16 @@ pub fn of_recorded<E>(
         camera: camera_section(header, session, changes),
         corners: session.corners_at_one_instant().to_vec(),
         pictures: accepted.iter().map(|taken| (recorded.picture)(taken.view.frame_id.0)).collect(),
+        cause: cause(session),
         check: recorded.check,
         refused,
         provenance: Provenance { rows, command: recorded.command },
     })
+}
+
+fn cause(session: &Session) -> Option<CausePicture> {
+    let number = |place: usize| session.accepted().get(place).map(|view| view.number);
+    ResultCard::of_result(session.calibration()?, session.limits(), &number).cause
 }
 
 /// Camera section of a report on a stored session.

@@ -34,6 +34,8 @@ pub struct EndedPage {
     pub image_size_px: [u32; 2],
     /// Map of the valid area; `None` if unknown.
     pub map: Option<ValidMap>,
+    /// Drawing of the cause of an untrustworthy result, and its caption.
+    pub cause: Option<[String; 2]>,
     /// True if the page may start another session.
     pub can_restart: bool,
     /// True if this session can continue with two more views.
@@ -73,7 +75,7 @@ impl EndedPage {
         self.findings.splice(0..0, doubts);
         let (what, action) = (judged.message.clone(), judged.action.clone());
         // The map is that of the fresh lens.
-        Self { verdict, aloud, what, action, map: None, ..self }
+        Self { verdict, aloud, what, action, map: None, cause: None, ..self }
     }
 
     /// Page about the finished session of several cameras with the file `result`, if any. A rig that
@@ -142,6 +144,7 @@ impl EndedPage {
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value))
                 .collect(),
+            cause: card.cause.map(|cause| [cause.svg(image_size, None), cause.caption]),
             map: known.and_then(|known| ValidMap::of(calibration, &known)),
             ..page
         }

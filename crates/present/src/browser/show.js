@@ -548,6 +548,9 @@ function result() {
   el('again').hidden = !ended.can_restart;
   el('more').hidden = !ended.can_go_on;
   el('lines').replaceChildren(...ended.lines.map(line => { const tr = document.createElement('tr'); for (const text of line) { const td = document.createElement('td'); td.textContent = text; tr.append(td); } return tr; }));
+  // A drawing of ours, with its text escaped.
+  el('cause').hidden = !ended.cause;
+  if (ended.cause) { const [svg, caption] = ended.cause, said = document.createElement('figcaption'); el('cause').innerHTML = svg; said.textContent = caption; el('cause').append(said); }
   el('findings').replaceChildren();
   if (ended.findings.length) { const h = document.createElement('h2'); h.textContent = 'What to know'; el('findings').append(h); }
   for (const [what, action] of ended.findings) { const p = document.createElement('p'), b = document.createElement('b'); b.textContent = what + '. '; p.append(b, action); el('findings').append(p); }

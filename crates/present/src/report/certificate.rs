@@ -38,6 +38,7 @@ pub(super) fn sheet(report: &Report) -> String {
         body += &front::front(report, certificate, lens);
     } else {
         body += &verdict(calibration);
+        body += &front::cause(report);
     }
     body += &checksum(certificate);
     if certifies {
@@ -431,6 +432,7 @@ mod tests {
             camera: CameraSection::default(),
             corners: Vec::new(),
             pictures: Vec::new(),
+            cause: None,
             check: None,
             refused: Vec::new(),
             provenance: Provenance::default(),

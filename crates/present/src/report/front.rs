@@ -1,7 +1,7 @@
 //! The front of the first sheet: the picture with its valid part, grade, error, and three answers
 //! for the customer: how exact, where, until when.
 
-use super::{Certificate, Report, projection_map::cells, warnings::warnings};
+use super::{Certificate, Report, Thumbnail, projection_map::cells, warnings::warnings};
 use crate::{
     chart::{escaped, push},
     goal::Goal,
@@ -143,6 +143,19 @@ fn picture(report: &Report, known: &Known) -> String {
     format!(
         "{svg}</svg><figcaption><i class=\"met\"></i> {} <i class=\"unseen\"></i> {}</figcaption></figure>\n",
         legend[0], legend[1]
+    )
+}
+
+/// The cause of an untrustworthy result on the picture of its view; empty without one.
+pub(super) fn cause(report: &Report) -> String {
+    let Some(cause) = &report.cause else { return String::new() };
+    let view = cause.place.and_then(|place| report.pictures.get(place)?.as_ref());
+    let picture = view.or_else(|| report.pictures.iter().flatten().next());
+    let href = picture.map(Thumbnail::data_uri);
+    format!(
+        "<figure class=\"hero\">{}<figcaption>{}</figcaption></figure>\n",
+        cause.svg(image_size(&report.calibration), href.as_deref()),
+        escaped(&cause.caption)
     )
 }
 

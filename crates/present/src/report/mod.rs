@@ -50,6 +50,7 @@ pub use sheet_pdf::{NoPdf, certificate_pdf};
 pub use stated::Certificate;
 pub use thumbnail::Thumbnail;
 
+use crate::cause_picture::CausePicture;
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::Corner;
 
@@ -70,6 +71,8 @@ pub struct Report {
     pub corners: Vec<Vec<Corner>>,
     /// Picture of each used view, or `None`.
     pub pictures: Vec<Option<Thumbnail>>,
+    /// The cause of an untrustworthy result as a picture, if any.
+    pub cause: Option<CausePicture>,
     /// Check against an older calibration of the same camera, if any.
     pub check: Option<CheckFile>,
     /// Reasons for refusing frames, the most frequent first.

@@ -5,6 +5,7 @@
 pub mod acceptance;
 pub mod adjust;
 pub mod camera;
+pub mod cause;
 pub mod certificate;
 pub mod charts;
 mod controls;

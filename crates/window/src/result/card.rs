@@ -2,8 +2,9 @@
 //! the picture, bright where the goal is met.
 
 use egui::{
-    Align, Button, Color32, CornerRadius, Image, Label, Layout, Link, Painter, Rect, Response,
-    RichText, Sense, Shape, Stroke, Ui, UiBuilder, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
+    Align, Align2, Button, Color32, CornerRadius, Image, Label, Layout, Link, Painter, Rect,
+    Response, RichText, Sense, Shape, Stroke, Ui, UiBuilder, Vec2, WidgetInfo, accesskit::Role,
+    pos2, vec2,
 };
 
 use super::{
@@ -21,6 +22,7 @@ use super::{
 use boresight_app::window::host::Ended;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
+    cause_picture::CausePicture,
     grade::Grade,
     result_card::{Error, ResultCard},
     text::{self, Act, window as words},
@@ -244,6 +246,12 @@ impl Page<'_> {
         let (rect, response) = ui.allocate_exact_size(most, Sense::hover());
         let placed = Placed::within(rect, image_size, self.screen.preferences.mirrored);
         let known = self.screen.known.borrow_mut().of(self.snapshot);
+        if let Some(cause) = &self.card.cause {
+            self.cause(ui, &placed, cause);
+            response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &cause.caption));
+            self.small(ui, &cause.caption);
+            return;
+        }
         let dressing = Dressing { known, ..Dressing::default() };
         if let Some(texture) = self.screen.picture.texture(ui.ctx(), &dressing) {
             let radius = CornerRadius::same((10.0 * self.k) as u8);
@@ -278,6 +286,35 @@ impl Page<'_> {
             known_map::hatch_rect(ui.painter(), at, Color32::from_white_alpha(120));
             self.small(ui, words::NO_BOARD_HERE);
         });
+    }
+
+    /// The cause on the picture of its view.
+    fn cause(&self, ui: &Ui, placed: &Placed, cause: &CausePicture) {
+        let painter = ui.painter_at(placed.rect);
+        painter.rect_filled(placed.rect, 0.0, theme::BAND);
+        let views = &self.snapshot.views;
+        let view = cause.place.and_then(|place| views.get(place)).or(views.last());
+        if let Some(texture) = view.and_then(|view| self.screen.thumbnails.get(&view.number)) {
+            painter.image(texture.id(), placed.rect, placed.uv(), Color32::from_gray(110));
+        }
+        let font = theme::headline(self.size(18.0));
+        for (part, color) in cause.parts.iter().zip([Color32::WHITE, theme::RED]) {
+            let at = part.corners_px.map(|px| placed.pos(&px));
+            let stroke = Stroke::new(3.0 * self.k, color);
+            if part.point().is_some() {
+                painter.circle_filled(at[0], 6.0 * self.k, color);
+            } else if color == Color32::WHITE {
+                let closed = [at[0], at[1], at[2], at[3], at[0]];
+                let dash = 10.0 * self.k;
+                painter.extend(Shape::dashed_line(&closed, stroke, dash, dash));
+            } else {
+                painter.add(Shape::closed_line(at.to_vec(), stroke));
+            }
+            // A mirrored picture has its left corner on the right.
+            let left = if at[1].x < at[0].x { at[1] } else { at[0] };
+            let name = left + vec2(6.0, -3.0) * self.k;
+            painter.text(name, Align2::LEFT_BOTTOM, &part.name, font.clone(), color);
+        }
     }
 
     /// The views, as many as fit, and their number.
