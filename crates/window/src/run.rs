@@ -83,7 +83,8 @@ pub fn options() -> eframe::NativeOptions {
             .with_title(words::TITLE)
             .with_app_id(words::TITLE)
             .with_icon(window_icon())
-            .with_inner_size([1280.0, 800.0])
+            // With its title, it fits a screen 768 points high.
+            .with_inner_size([1280.0, 720.0])
             .with_min_inner_size(LEAST),
         renderer: eframe::Renderer::Glow,
         // Dithering only smooths gradients, absent here, at a cost for each painted pixel.

@@ -102,8 +102,8 @@ fn window(
 /// Folder, goal, lens and board of new sessions.
 fn sessions(ui: &mut Ui, memory: &mut Memory) {
     Grid::new("sessions").num_columns(2).spacing(SPACING).show(ui, |ui| {
-        text(ui, words::FOLDER, &mut memory.folder);
-        text(ui, words::GOAL, &mut memory.goal);
+        text(ui, words::FOLDER, words::FOLDER_HINT, &mut memory.folder);
+        text(ui, words::GOAL, words::GOAL_HINT, &mut memory.goal);
         let name = ui.label(words::LENS.0).on_hover_text(words::LENS.1);
         let chosen = memory.lens.clone().unwrap_or_else(|| words::ANY_LENS.into());
         let list = ComboBox::from_id_salt("lens").selected_text(&chosen);
@@ -149,15 +149,16 @@ fn certificate(ui: &mut Ui, memory: &mut Memory) {
             (name::LENS, &mut certificate.lens),
             (name::MEASURED, &mut certificate.square_measured),
         ] {
-            text(ui, (what, ""), value);
+            text(ui, (what, ""), "", value);
         }
     });
 }
 
 /// A row with a field for text.
-fn text(ui: &mut Ui, (name, tip): (&str, &str), value: &mut String) {
+fn text(ui: &mut Ui, (name, tip): (&str, &str), hint: &str, value: &mut String) {
     let name = ui.label(name);
     let field = TextEdit::singleline(value).desired_width(FIELD).char_limit(MOST_LETTERS);
+    let field = field.hint_text(hint);
     let field = ui.add(field).labelled_by(name.id);
     if !tip.is_empty() {
         name.on_hover_text(tip);

@@ -4,7 +4,7 @@ use egui::{CentralPanel, RichText, Ui};
 
 use super::{aloud, keys::UiAction, theme};
 use boresight_app::{explain::UserError, window::host::SessionRequest};
-use boresight_present::text::{Act, window as words};
+use boresight_present::text::{self, Act, window as words};
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut Vec<UiAction>) {
@@ -14,7 +14,8 @@ pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut 
             ui.set_max_width(760.0);
             ui.label(RichText::new(words::NOT_STARTED).size(theme::VERDICT).strong());
             ui.add_space(16.0);
-            aloud::read_next(&ui.label(RichText::new(&trouble.what).size(theme::TITLE)));
+            let what = text::camera::capital(&trouble.what);
+            aloud::read_next(&ui.label(RichText::new(what).size(theme::TITLE)));
             if let Some(action) = &trouble.action {
                 ui.add_space(8.0);
                 aloud::read_next(&ui.label(RichText::new(action).size(theme::TITLE).strong()));

@@ -546,7 +546,10 @@ function result() {
   el('verdict').dataset.verdict = ended.verdict;
   el('what').textContent = ended.what; el('action').textContent = ended.action;
   el('again').hidden = !ended.can_restart;
-  el('more').hidden = !ended.can_go_on;
+  // More photos can't mend what isn't trustworthy, and are the way on for what is unfinished.
+  el('more').hidden = !ended.can_go_on || ended.verdict === 'bad';
+  el('more').classList.toggle('main', ended.verdict === 'unfinished');
+  el('again').classList.toggle('main', ended.verdict !== 'unfinished');
   el('lines').replaceChildren(...ended.lines.map(line => { const tr = document.createElement('tr'); for (const text of line) { const td = document.createElement('td'); td.textContent = text; tr.append(td); } return tr; }));
   // A drawing of ours, with its text escaped.
   el('cause').hidden = !ended.cause;

@@ -219,7 +219,12 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
                     100.0 * change
                 ),
             },
-            "The principal point is still usable. For one focal length, lock focus and zoom and start over.",
+            // What mustn't be used isn't praised in part.
+            if finding.severity == Severity::Bad {
+                "Lock focus and zoom, and start over."
+            } else {
+                "The principal point is still usable. For one focal length, lock focus and zoom and start over."
+            },
         ),
         FindingCode::FocalVaries { f_px, scatter_px } => (
             format!(

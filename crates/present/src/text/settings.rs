@@ -5,11 +5,15 @@ pub const NEW_SESSIONS: &str = "New sessions";
 /// Storage folder of sessions.
 pub const FOLDER: (&str, &str) =
     ("Folder", "New sessions are stored here. Leave it empty for ./sessions.");
+/// Folder in an empty field.
+pub const FOLDER_HINT: &str = "./sessions";
 /// Goal setting.
 pub const GOAL: (&str, &str) = (
     "Goal",
     "Largest acceptable error: 0.2px, or length 800mm at 2m <= 2mm. Leave it empty for the plan's own.",
 );
+/// Goals in an empty field.
+pub const GOAL_HINT: &str = "0.2px, or length 800mm at 2m <= 2mm";
 /// Error for a text that isn't a goal.
 pub const NO_GOAL: &str = "Write a goal as 0.2px, or as length 800mm at 2m <= 2mm.";
 /// Setting of the lens models.

@@ -1,6 +1,8 @@
 //! Bar above every page, and the list of keys.
 
-use egui::{Id, Panel, RichText, TextStyle, TextWrapMode, Ui, UiBuilder, WidgetText};
+use egui::{
+    Color32, Id, Panel, RichText, Stroke, TextStyle, TextWrapMode, Ui, UiBuilder, WidgetText, vec2,
+};
 
 use super::{
     super::{
@@ -10,7 +12,24 @@ use super::{
     },
     App, Page,
 };
-use boresight_present::text::{self, Act, window as words};
+use boresight_present::{
+    grade::Grade,
+    text::{self, Act, window as words},
+};
+
+/// A page's name, underlined on its page: a switch that is on is filled.
+fn tab(ui: &mut Ui, act: Act, on: bool, asks: &mut Vec<UiAction>) {
+    ui.scope(|ui| {
+        let ink = ui.visuals().strong_text_color();
+        ui.visuals_mut().widgets.inactive.bg_stroke = Stroke::NONE;
+        let selection = &mut ui.visuals_mut().selection;
+        (selection.bg_fill, selection.stroke.color) = (Color32::TRANSPARENT, ink);
+        let rect = toggle(ui, act, on, asks).rect.shrink2(vec2(6.0, 0.0));
+        if on {
+            ui.painter().hline(rect.x_range(), rect.bottom(), Stroke::new(2.0, ink));
+        }
+    });
+}
 
 impl App {
     pub(super) fn bar(&mut self, ui: &mut Ui, asks: &mut Vec<UiAction>) {
@@ -26,7 +45,7 @@ impl App {
                     (Page::Settings, Act::SettingsPage),
                     (Page::Replay, Act::ReplayPage),
                 ] {
-                    toggle(ui, act, self.page == page, asks);
+                    tab(ui, act, self.page == page, asks);
                 }
                 match &self.stage {
                     _ if self.page == Page::Replay => {
@@ -44,21 +63,28 @@ impl App {
                     }
                     SessionState::Ended(_) => {
                         ui.separator();
-                        keys::button(ui, Act::GoOn, asks);
+                        // More views can't mend it.
+                        if !self.is_not_trustworthy() {
+                            keys::button(ui, Act::GoOn, asks);
+                        }
                         keys::button(ui, Act::New, asks);
                     }
                     SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ending(_) => {}
                 }
                 ui.separator();
                 let preferences = &self.screen.preferences;
-                for (act, on) in [
+                // Elsewhere, most switches change nothing that is seen or heard.
+                let is_picture = matches!(self.page, Page::Guide | Page::Replay);
+                let switches = [
                     (Act::Mirror, preferences.mirrored),
                     (Act::Tone, preferences.tone),
                     (Act::Speech, preferences.speech),
                     (Act::Panels, preferences.panels),
                     (Act::Lines, preferences.lines),
                     (Act::Help, self.help),
-                ] {
+                ];
+                let here = |act| is_picture || act == Act::Help;
+                for (act, on) in switches.into_iter().filter(|(act, _)| here(*act)) {
                     toggle(ui, act, on, asks);
                 }
                 self.phone.button(ui);
@@ -79,6 +105,12 @@ impl App {
         });
     }
 
+    fn is_not_trustworthy(&self) -> bool {
+        let snapshot = self.screen.snapshot.as_ref();
+        let calibration = snapshot.and_then(|snapshot| snapshot.calibration.as_deref());
+        calibration.is_some_and(|it| Grade::of(it) == Grade::NotTrustworthy)
+    }
+
     pub(super) fn help(&mut self, ui: &Ui) {
         if !self.help {
             return;
@@ -89,7 +121,11 @@ impl App {
         window.show(ui.ctx(), |ui| {
             egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
                 let acts = Act::ALL.iter().map(|act| act.words());
-                let acts = acts.map(|it| (it.key, format!("{}: {}", it.label, it.tip)));
+                // Once is enough.
+                let acts = acts.map(|it| match it.tip.starts_with(it.label) {
+                    true => (it.key, it.tip.to_owned()),
+                    false => (it.key, format!("{}: {}", it.label, it.tip)),
+                });
                 let others = words::OTHER_KEYS.iter().map(|(key, what)| (*key, (*what).to_owned()));
                 for (key, what) in acts.chain(others) {
                     ui.label(RichText::new(key).strong().monospace());
