@@ -17,25 +17,12 @@ use egui_kittest::{
 use crate::{
     Page, Table, app,
     fixtures::moments,
-    harness_at,
     matrix::{moment_of, page_at},
 };
 
-fn page(name: &str, chart: Chart) -> Harness<'static, Table> {
-    let moment = moment_of(&moments(), name);
-    let mut page =
-        page_at(Page::Result, &moment, (Theme::Dark, 1.0), Vec2::new(1280.0, 800.0), false);
-    page.state_mut().result.chart = chart;
-    page.run();
-    page
-}
-
 fn chart_of(page: &Harness<'_, Table>) -> Rect {
-    let is_chart = |label: Option<String>| {
-        Chart::PLAIN.into_iter().chain(Chart::EXPERT).any(|chart| {
-            label.as_ref().is_some_and(|label| label.starts_with(&format!("{}: ", chart.name())))
-        })
-    };
+    let start = format!("{}: ", Chart::Views.name());
+    let is_chart = |label: Option<String>| label.is_some_and(|label| label.starts_with(&start));
     let mut images = page.get_all_by_role(Role::Image);
     images.find(|image| is_chart(image.accesskit_node().label())).expect("a chart").rect()
 }
@@ -58,7 +45,10 @@ fn chosen(page: &Harness<'_, Table>) -> String {
 
 #[test]
 fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
-    let mut page = page("done good", Chart::Views);
+    let (moment, size) = (moment_of(&moments(), "done good"), Vec2::new(1280.0, 800.0));
+    let mut page = page_at(Page::Result, &moment, (Theme::Dark, 1.0), size, false);
+    page.state_mut().result.chart = Chart::Views;
+    page.run();
     let area = chart_of(&page);
     let views = page.state().screen.snapshot.as_ref().expect("there").views.clone();
     let numbers: Vec<String> = views.iter().map(|view| view.number.to_string()).collect();
@@ -79,9 +69,6 @@ fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
         }
     }
     assert_eq!(by_bar, numbers, "each has its bar");
-    if let Some(folder) = std::env::var_os("BORESIGHT_MATRIX") {
-        painted[1].save(std::path::Path::new(&folder).join("engineer.png")).expect("saved");
-    }
     // The picture, the boards and the bars change with it.
     let (one, other) = (&painted[0], &painted[1]);
     let middle = area.left() + 0.58 * area.width();
@@ -92,20 +79,16 @@ fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
         Rect::from_min_max(Pos2::new(area.left(), bars), area.max - Vec2::new(0.0, 92.0)),
     ];
     for pane in panes {
-        let differs = |x: u32, y: u32| one.get_pixel(x, y) != other.get_pixel(x, y);
-        let count = (pane.top() as u32..pane.bottom() as u32)
-            .flat_map(|y| (pane.left() as u32..pane.right() as u32).map(move |x| (x, y)))
-            .filter(|(x, y)| differs(*x, *y))
-            .count();
+        let (top, left) = (pane.top() as u32, pane.left() as u32);
+        let all = (top..pane.bottom() as u32)
+            .flat_map(|y| (left..pane.right() as u32).map(move |x| (x, y)));
+        let count = all.filter(|(x, y)| one.get_pixel(*x, *y) != other.get_pixel(*x, *y)).count();
         assert!(count > 50, "{pane:?}: {count} pixels");
     }
     let mut by_board = Vec::new();
     for step in 0..400 {
-        let (column, row) = (step % 20, step / 20);
-        let share = |i: i32| (i as f32 + 0.5) / 20.0;
-        let size = panes[1].size();
-        let at = panes[1].min + Vec2::new(share(column) * size.x, share(row) * size.y);
-        click_at(&mut page, at);
+        let share = Vec2::new((step % 20) as f32 + 0.5, (step / 20) as f32 + 0.5) / 20.0;
+        click_at(&mut page, panes[1].min + share * panes[1].size());
         by_board.push(chosen(&page));
     }
     by_board.sort();
@@ -123,25 +106,13 @@ fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
     page.get_by_role_and_label(Role::Button, &format!("Leave out view {}", chosen(&page))).click();
     page.run();
     let number = page.state().result.chosen.expect("chosen");
-    assert_eq!(page.state().asks, [UiAction::Remove(number)]);
-}
-
-#[test]
-fn a_view_that_was_left_out_can_be_put_back_even_without_a_result() {
-    let mut moment = moment_of(&moments(), "done good");
-    moment.snapshot.removed = Some(moment.snapshot.views[1].number);
-    for has_result in [true, false] {
-        if !has_result {
-            moment.snapshot.calibration = None;
-        }
-        let size = Vec2::new(1280.0, 800.0);
-        let mut page = harness_at(Page::Result, &moment, (Theme::Dark, 1.0), size);
-        page.state_mut().result.chart = Chart::Views;
-        page.run();
-        page.get_by_role_and_label(Role::Button, "Put back view 2").click();
-        page.run();
-        assert_eq!(page.state().asks, [UiAction::Act(Act::Restore)], "{has_result}");
-    }
+    // What was left out can be put back even without a result.
+    let snapshot = page.state_mut().screen.snapshot.as_mut().expect("there");
+    (snapshot.removed, snapshot.calibration) = (Some(views[1].number), None);
+    page.run();
+    page.get_by_role_and_label(Role::Button, "Put back view 2").click();
+    page.run();
+    assert_eq!(page.state().asks, [UiAction::Remove(number), UiAction::Act(Act::Restore)]);
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The one cause of an untrustworthy result as a picture: lines on a picture of the session, from
-//! the session's own numbers. A cause that no drawing shows truthfully has none.
+//! The one cause of an untrustworthy result as a picture: two outlines on a picture of the session,
+//! from its own numbers. A cause that no drawing shows truthfully has none.
 
 use nalgebra::{Point2, Vector2};
 
@@ -8,7 +8,7 @@ use crate::{
     grade::Grade,
     text::cause as words,
 };
-use boresight_calibrate::{Calibration, Finding, FindingCode, FocusMotion, Severity};
+use boresight_calibrate::{Calibration, FindingCode, FocusMotion, Severity};
 use boresight_geometry::frame::ImageSize;
 
 /// Half of the first outline as a share of the picture: the second one fits around it.
@@ -18,155 +18,82 @@ const SEEN_CHANGE: f64 = 0.15;
 /// Enlargements, all easily read.
 const ENLARGEMENTS: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 
-/// Lines that show a cause.
+/// The same part of the room in two views of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CausePicture {
     /// Place in the calibration of the view whose picture lies below; `None` for any.
     pub place: Option<usize>,
-    /// The outline or point as it should be, then as it is.
-    pub parts: [Part; 2],
-    /// What the lines show, with their enlargement.
+    /// The outlines as they should be and as they are: name, and corners in pixels, clockwise from
+    /// the upper left.
+    pub parts: [(String, [Point2<f64>; 4]); 2],
+    /// What the outlines show, with their enlargement.
     pub caption: String,
-}
-
-/// Outline, or a point, on the picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Part {
-    /// Corners in pixels, clockwise from the upper left; all the same for a point.
-    pub corners_px: [Point2<f64>; 4],
-    /// Name.
-    pub name: String,
-}
-
-impl Part {
-    fn around(middle: Point2<f64>, half: Vector2<f64>, name: String) -> Self {
-        let signs = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let corner = |(x, y)| middle + Vector2::new(x * half.x, y * half.y);
-        Self { corners_px: signs.map(corner), name }
-    }
-
-    /// Position, if it's a point.
-    pub fn point(&self) -> Option<Point2<f64>> {
-        let [first, .., last] = self.corners_px;
-        (first == last).then_some(first)
-    }
 }
 
 impl CausePicture {
     /// Picture of the first bad finding on `calibration`, if that isn't trustworthy; `number` names
     /// the view at a place.
     pub fn of(calibration: &Calibration, number: &dyn Fn(usize) -> String) -> Option<Self> {
-        if Grade::of(calibration) != Grade::NotTrustworthy {
-            return None;
-        }
-        let is_bad = |finding: &&Finding| finding.severity == Severity::Bad;
-        let finding = calibration.findings.iter().find(is_bad)?;
-        let scaled = |place, names, change: f64, caption: String| {
-            Self::scaled(calibration, (place, names), change, caption)
-        };
-        match finding.code {
+        let mut bad = calibration.findings.iter().filter(|it| it.severity == Severity::Bad);
+        let code = bad.next().filter(|_| Grade::of(calibration) == Grade::NotTrustworthy)?.code;
+        let view = |place: usize| words::view(&number(place));
+        let last = calibration.views.len().checked_sub(1)?;
+        let (place, names, change) = match code {
             FindingCode::FocusMoved { motion, relative_sd, .. } => match motion {
-                FocusMotion::Jump { view, change } => {
-                    let names =
-                        [words::view(&number(view.checked_sub(1)?)), words::view(&number(view))];
-                    scaled(Some(view), names, change, words::larger(change))
+                FocusMotion::Jump { view: at, change } => {
+                    (Some(at), [view(at.checked_sub(1)?), view(at)], change)
                 }
-                FocusMotion::Drift { change } => {
-                    let last = calibration.views.len().checked_sub(1)?;
-                    let names = [0, last].map(|place| words::view(&number(place)));
-                    scaled(Some(last), names, change, words::larger(change))
-                }
-                FocusMotion::Breathes { change } => {
-                    let names = words::BREATHES.map(Into::into);
-                    scaled(None, names, change, words::larger(change))
-                }
+                FocusMotion::Drift { change } => (Some(last), [view(0), view(last)], change),
+                FocusMotion::Breathes { change } => (None, words::BREATHES.map(Into::into), change),
+                // From one standard deviation below to one above.
                 FocusMotion::Scattered => {
-                    let names = words::SCATTERED.map(Into::into);
-                    scaled(None, names, 2.0 * relative_sd, words::scatters(relative_sd))
+                    (None, words::SCATTERED.map(Into::into), 2.0 * relative_sd)
                 }
             },
-            FindingCode::ViewsMixed { view, f_ratio, .. } => {
-                let names = [words::OTHERS.into(), words::view(&number(view))];
-                scaled(Some(view), names, f_ratio - 1.0, words::larger(f_ratio - 1.0))
+            FindingCode::ViewsMixed { view: at, f_ratio, .. } => {
+                (Some(at), [words::OTHERS.into(), view(at)], f_ratio - 1.0)
             }
-            FindingCode::PrincipalPointFar { distance_px, .. } => {
-                let middle = calibration.image_size.centre_px();
-                let at = |point, name: &str| Part::around(point, Vector2::zeros(), name.into());
-                let parts =
-                    [at(middle, words::MIDDLE), at(calibration.camera.pp_px, words::PRINCIPAL)];
-                Some(Self { place: None, parts, caption: words::apart(distance_px) })
-            }
-            _ => None,
-        }
-    }
-
-    /// The same part of the room in two photos: from the first to the second it grows by `change`
-    /// around the principal point.
-    fn scaled(
-        calibration: &Calibration,
-        (place, names): (Option<usize>, [String; 2]),
-        change: f64,
-        caption: String,
-    ) -> Option<Self> {
-        let most = *ENLARGEMENTS.last()?;
+            _ => return None,
+        };
         let is_enough = |times: &f64| times * change.abs() >= SEEN_CHANGE;
-        let times = ENLARGEMENTS.into_iter().find(is_enough).unwrap_or(most);
+        let times = ENLARGEMENTS.into_iter().find(is_enough).unwrap_or(ENLARGEMENTS[5]);
         let ImageSize { width_px, height_px } = calibration.image_size;
-        let first = FIRST_SHARE * Vector2::new(f64::from(width_px), f64::from(height_px));
-        let second = first * (1.0 + times * change).max(0.1);
+        let ratio = (1.0 + times * change).max(0.1);
         // The larger one fits, and both keep their ratio.
-        let fits = (1.5 * first.x / second.x).min(1.0);
-        let middle = calibration.camera.pp_px;
+        let first = FIRST_SHARE * (1.5 / ratio).min(1.0);
+        let half = Vector2::new(f64::from(width_px), f64::from(height_px)) * first;
+        // The picture of a lens with another focal length grows around the principal point.
+        let around = |half: Vector2<f64>| {
+            let corner =
+                |(x, y)| calibration.camera.pp_px + half.component_mul(&Vector2::new(x, y));
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner)
+        };
         let [one, other] = names;
-        let parts =
-            [Part::around(middle, first * fits, one), Part::around(middle, second * fits, other)];
-        Some(Self { place, parts, caption: words::drawn(&caption, times) })
+        let parts = [(one, around(half)), (other, around(half * ratio))];
+        Some(Self { place, parts, caption: words::larger(change, times) })
     }
 
     /// Drawing for a page, over a picture of `size` behind `href`, if any.
-    pub fn svg(&self, size: ImageSize, href: Option<&str>) -> String {
-        let ImageSize { width_px, height_px } = size;
+    pub fn svg(&self, ImageSize { width_px, height_px }: ImageSize, href: Option<&str>) -> String {
         let letter = f64::from(height_px) / 22.0;
+        let area = format!("width=\"{width_px}\" height=\"{height_px}\"");
+        let said = escaped(&self.caption);
         let mut svg = format!(
-            "<svg viewBox=\"0 0 {width_px} {height_px}\" role=\"img\" aria-label=\"{}\"><rect width=\"{width_px}\" height=\"{height_px}\" fill=\"#444\"/>",
-            escaped(&self.caption)
+            "<svg viewBox=\"0 0 {width_px} {height_px}\" role=\"img\" aria-label=\"{said}\"><rect {area} fill=\"#444\"/>"
         );
         if let Some(href) = href {
-            push(
-                &mut svg,
-                format_args!(
-                    "<image width=\"{width_px}\" height=\"{height_px}\" href=\"{href}\" opacity=\".5\"/>"
-                ),
-            );
+            push(&mut svg, format_args!("<image {area} href=\"{href}\" opacity=\".5\"/>"));
         }
-        for (part, (colour, dash)) in self.parts.iter().zip([("#fff", 0.6), ("#ff7a6b", 0.0)]) {
-            let at = part.corners_px.map(|px| format!("{:.1},{:.1}", px.x + 0.5, px.y + 0.5));
-            let name = escaped(&part.name);
-            let [left, ..] = part.corners_px;
-            let (width, dash) = (letter / 5.0, dash * letter);
-            match part.point() {
-                Some(point) => push(
-                    &mut svg,
-                    format_args!(
-                        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{width:.1}\" fill=\"{colour}\"/>",
-                        point.x + 0.5,
-                        point.y + 0.5
-                    ),
-                ),
-                None => push(
-                    &mut svg,
-                    format_args!(
-                        "<polygon points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width:.1}\" stroke-dasharray=\"{dash:.1}\"/>",
-                        at.join(" ")
-                    ),
-                ),
-            }
+        for ((name, corners_px), (colour, dash)) in
+            self.parts.iter().zip([("#fff", 0.6 * letter), ("#ff7a6b", 0.0)])
+        {
+            let at = corners_px.map(|px| format!("{:.1},{:.1}", px.x + 0.5, px.y + 0.5)).join(" ");
+            let (x, y) = (corners_px[0].x + 0.4 * letter, corners_px[0].y - 0.35 * letter);
+            let (wide, name) = (letter / 5.0, escaped(name));
             push(
                 &mut svg,
                 format_args!(
-                    "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{letter:.1}\" fill=\"{colour}\">{name}</text>",
-                    left.x + 0.4 * letter,
-                    left.y - 0.35 * letter
+                    "<polygon points=\"{at}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{wide:.1}\" stroke-dasharray=\"{dash:.1}\"/><text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{letter:.1}\" fill=\"{colour}\">{name}</text>"
                 ),
             );
         }

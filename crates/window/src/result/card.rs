@@ -298,22 +298,17 @@ impl Page<'_> {
             painter.image(texture.id(), placed.rect, placed.uv(), Color32::from_gray(110));
         }
         let font = theme::headline(self.size(18.0));
-        for (part, color) in cause.parts.iter().zip([Color32::WHITE, theme::RED]) {
-            let at = part.corners_px.map(|px| placed.pos(&px));
-            let stroke = Stroke::new(3.0 * self.k, color);
-            if part.point().is_some() {
-                painter.circle_filled(at[0], 6.0 * self.k, color);
-            } else if color == Color32::WHITE {
-                let closed = [at[0], at[1], at[2], at[3], at[0]];
-                let dash = 10.0 * self.k;
-                painter.extend(Shape::dashed_line(&closed, stroke, dash, dash));
+        for ((name, corners_px), color) in cause.parts.iter().zip([Color32::WHITE, theme::RED]) {
+            let [a, b, c, d] = corners_px.map(|px| placed.pos(&px));
+            let (closed, stroke) = ([a, b, c, d, a], Stroke::new(3.0 * self.k, color));
+            if color == Color32::WHITE {
+                painter.extend(Shape::dashed_line(&closed, stroke, 10.0 * self.k, 10.0 * self.k));
             } else {
-                painter.add(Shape::closed_line(at.to_vec(), stroke));
+                painter.add(Shape::line(closed.to_vec(), stroke));
             }
             // A mirrored picture has its left corner on the right.
-            let left = if at[1].x < at[0].x { at[1] } else { at[0] };
-            let name = left + vec2(6.0, -3.0) * self.k;
-            painter.text(name, Align2::LEFT_BOTTOM, &part.name, font.clone(), color);
+            let at = pos2(a.x.min(b.x), a.y) + vec2(6.0, -3.0) * self.k;
+            painter.text(at, Align2::LEFT_BOTTOM, name, font.clone(), color);
         }
     }
 
