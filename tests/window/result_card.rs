@@ -117,7 +117,7 @@ fn the_cause_is_drawn_from_its_own_numbers_with_the_enlargement_stated() {
             focus(FocusMotion::Scattered),
             ["some views", "others"],
             1.2,
-            "2.0 % larger, drawn 10 times as much",
+            "1.0 % larger, drawn 20 times as much",
         ),
         (mixed, ["the other views", "view 3"], 1.5, "50.0 % larger"),
     ] {

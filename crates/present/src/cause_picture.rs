@@ -45,10 +45,7 @@ impl CausePicture {
                 }
                 FocusMotion::Drift { change } => (Some(last), [view(0), view(last)], change),
                 FocusMotion::Breathes { change } => (None, words::BREATHES.map(Into::into), change),
-                // From one standard deviation below to one above.
-                FocusMotion::Scattered => {
-                    (None, words::SCATTERED.map(Into::into), 2.0 * relative_sd)
-                }
+                FocusMotion::Scattered => (None, words::SCATTERED.map(Into::into), relative_sd),
             },
             FindingCode::ViewsMixed { view: at, f_ratio, .. } => {
                 (Some(at), [words::OTHERS.into(), view(at)], f_ratio - 1.0)
