@@ -70,6 +70,12 @@ impl CausePicture {
         Some(Self { place, parts, caption: words::larger(change, times) })
     }
 
+    /// True for the smaller outline, whose name has room within.
+    pub fn is_inner(&self, part: usize) -> bool {
+        let top_px = |part: usize| self.parts[part].1[0].y;
+        top_px(part) > top_px(1 - part)
+    }
+
     /// Drawing for a page, over a picture of `size` behind `href`, if any.
     pub fn svg(&self, ImageSize { width_px, height_px }: ImageSize, href: Option<&str>) -> String {
         let letter = f64::from(height_px) / 22.0;
@@ -81,11 +87,13 @@ impl CausePicture {
         if let Some(href) = href {
             push(&mut svg, format_args!("<image {area} href=\"{href}\" opacity=\".5\"/>"));
         }
-        for ((name, corners_px), (colour, dash)) in
-            self.parts.iter().zip([("#fff", 0.6 * letter), ("#ff7a6b", 0.0)])
+        let styles = [("#fff", 0.6 * letter), ("#ff7a6b", 0.0)];
+        for (part, ((name, corners_px), (colour, dash))) in
+            self.parts.iter().zip(styles).enumerate()
         {
             let at = corners_px.map(|px| format!("{:.1},{:.1}", px.x + 0.5, px.y + 0.5)).join(" ");
-            let (x, y) = (corners_px[0].x + 0.4 * letter, corners_px[0].y - 0.35 * letter);
+            let down = if self.is_inner(part) { 1.1 } else { -0.35 };
+            let (x, y) = (corners_px[0].x + 0.4 * letter, corners_px[0].y + down * letter);
             let (wide, name) = (letter / 5.0, escaped(name));
             push(
                 &mut svg,

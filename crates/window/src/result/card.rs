@@ -298,7 +298,8 @@ impl Page<'_> {
             painter.image(texture.id(), placed.rect, placed.uv(), Color32::from_gray(110));
         }
         let font = theme::headline(self.size(18.0));
-        for ((name, corners_px), color) in cause.parts.iter().zip([Color32::WHITE, theme::RED]) {
+        let parts = cause.parts.iter().zip([Color32::WHITE, theme::RED]);
+        for (part, ((name, corners_px), color)) in parts.enumerate() {
             let [a, b, c, d] = corners_px.map(|px| placed.pos(&px));
             let (closed, stroke) = ([a, b, c, d, a], Stroke::new(3.0 * self.k, color));
             if color == Color32::WHITE {
@@ -307,8 +308,12 @@ impl Page<'_> {
                 painter.add(Shape::line(closed.to_vec(), stroke));
             }
             // A mirrored picture has its left corner on the right.
-            let at = pos2(a.x.min(b.x), a.y) + vec2(6.0, -3.0) * self.k;
-            painter.text(at, Align2::LEFT_BOTTOM, name, font.clone(), color);
+            let (down, anchor) = match cause.is_inner(part) {
+                true => (3.0, Align2::LEFT_TOP),
+                false => (-3.0, Align2::LEFT_BOTTOM),
+            };
+            let at = pos2(a.x.min(b.x), a.y) + vec2(6.0, down) * self.k;
+            painter.text(at, anchor, name, font.clone(), color);
         }
     }
 
