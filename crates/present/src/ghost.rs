@@ -1,7 +1,7 @@
 //! The requested pose of the board as a card in space: pixels of its parts, and closeness of the
 //! live board.
 
-use nalgebra::{Isometry3, Point2, Point3};
+use nalgebra::{Isometry3, Point2, Point3, Vector2};
 
 use boresight_geometry::{Camera, Corner, boards::Board, fit_pose};
 
@@ -41,6 +41,8 @@ pub struct Card {
     half_m: [f64; 2],
     /// Half width and half height of the inner corners.
     inner_half_m: [f64; 2],
+    /// Points around a board that is seen; `None` to draw them through the lens.
+    rim_px: Option<[Point2<f64>; 4 * FISHEYE_RIM_STEPS]>,
 }
 
 impl Card {
@@ -61,7 +63,55 @@ impl Card {
         let cam_from_board = fit_pose(lens, &points, &corners).ok()?.cam_from_board;
         let half_m = board.target().size_m().map(|side_m| 0.5 * side_m + MARGIN * board.square_m());
         let inner_half_m = points[2].coords.into();
-        Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m })
+        Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m, rim_px: None })
+    }
+
+    /// Card of the board that is seen with its inner corners at `corners_px`. Its rim continues
+    /// their rows and columns, so it lies on the board before the lens is known.
+    pub fn seen(corners_px: &[Point2<f64>], board: &Board, lens: &Camera) -> Option<Self> {
+        let card = Self::new(corners_px, board, lens)?;
+        Some(Self { rim_px: card.continued(corners_px, board), ..card })
+    }
+
+    /// Points around the card by parabolas through the three nearest rows and columns of corners.
+    /// `None` if a corner is covered, or the corners aren't evenly spaced.
+    fn continued(
+        &self,
+        corners_px: &[Point2<f64>],
+        board: &Board,
+    ) -> Option<[Point2<f64>; 4 * FISHEYE_RIM_STEPS]> {
+        let ([columns, rows], in_board_m) =
+            ([board.columns(), board.rows()], board.corners_in_board_m());
+        if columns.min(rows) < 3 {
+            return None;
+        }
+        let first_m = in_board_m[0];
+        let step_m = in_board_m[columns + 1] - first_m;
+        let is_even = |(index, at): (usize, &Point2<f64>)| {
+            let place = Vector2::new((index % columns) as f64, (index / columns) as f64);
+            (first_m + step_m.component_mul(&place) - at).norm() < 1e-6 * step_m.norm()
+        };
+        if !in_board_m.iter().enumerate().all(is_even) {
+            return None;
+        }
+        let at_px = |x_m: f64, y_m: f64| {
+            let at = (Point2::new(x_m, y_m) - first_m).component_div(&step_m);
+            let ((left, across), (top, down)) = (parabola(at.x, columns), parabola(at.y, rows));
+            let mut px = Vector2::zeros();
+            for (row, of_row) in down.iter().enumerate() {
+                for (column, of_column) in across.iter().enumerate() {
+                    let corner = corners_px[(top + row) * columns + left + column];
+                    px += of_row * of_column * corner.coords;
+                }
+            }
+            Point2::from(px)
+        };
+        let [x, y] = self.half_m;
+        let mut rim_px = [Point2::origin(); 4 * FISHEYE_RIM_STEPS];
+        for (px, [x_m, y_m]) in rim_px.iter_mut().zip(around([-x, -y], [x, y], FISHEYE_RIM_STEPS)) {
+            *px = at_px(x_m, y_m);
+        }
+        rim_px.iter().all(|px| px.iter().all(|at| at.is_finite())).then_some(rim_px)
     }
 
     /// Pixel of a point on the board; without distortion beyond the radius at which the lens model
@@ -107,6 +157,12 @@ impl Card {
     /// Points around the card, clockwise from its first corner, equally many per side: pixel and
     /// nearness. `None` if a point is behind the camera.
     pub fn rim(&self) -> Option<Vec<(Point2<f64>, f32)>> {
+        if let Some(rim_px) = &self.rim_px {
+            let [x, y] = self.half_m;
+            let places = around([-x, -y], [x, y], FISHEYE_RIM_STEPS);
+            let near = |(px, [x, y]): (&Point2<f64>, [f64; 2])| (*px, self.nearness(x, y));
+            return Some(rim_px.iter().zip(places).map(near).collect());
+        }
         let steps =
             if self.lens.distortion.kind.keeps_lines() { RIM_STEPS } else { FISHEYE_RIM_STEPS };
         let [x, y] = self.half_m;
@@ -148,6 +204,13 @@ impl Card {
     }
 }
 
+/// First of three of `count` nodes near `at`, and the weights of a parabola through them there.
+fn parabola(at: f64, count: usize) -> (usize, [f64; 3]) {
+    let first = (at.round() - 1.0).clamp(0.0, (count - 3) as f64);
+    let t = at - first;
+    (first as usize, [0.5 * (t - 1.0) * (t - 2.0), t * (2.0 - t), 0.5 * t * (t - 1.0)])
+}
+
 /// Points around a rectangle from the corner `at`, `steps` on each side.
 fn around(at: [f64; 2], to: [f64; 2], steps: usize) -> impl Iterator<Item = [f64; 2]> {
     let corners = [at, [to[0], at[1]], to, [at[0], to[1]]];
@@ -162,7 +225,8 @@ fn around(at: [f64; 2], to: [f64; 2], steps: usize) -> impl Iterator<Item = [f64
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{UnitQuaternion, Vector2, Vector3};
+    use boresight_geometry::{Distortion, LensKind};
+    use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
 
@@ -181,6 +245,39 @@ mod tests {
         assert!(close(&shifted).is_some_and(|c| (0.4..0.8).contains(&c)));
         assert_eq!(close(&far), Some(0.0));
         assert_eq!(close(&ghost[1..]), None);
+    }
+
+    #[test]
+    fn the_rim_of_a_seen_board_lies_on_it_before_the_lens_is_known() {
+        let board = Board::new(9, 6, 0.025).expect("valid");
+        let kind = LensKind::Fisheye;
+        let fisheye = Camera {
+            distortion: Distortion { kind, k1: -0.02, ..Distortion::default() },
+            ..Camera::pinhole(420.0, Point2::new(640.0, 480.0))
+        };
+        let guess = Camera::pinhole(900.0, Point2::new(640.0, 480.0));
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.6);
+        let pose = Isometry3::from_parts(Vector3::new(0.12, 0.05, 0.2).into(), turn);
+        let corners: Vec<Point2<f64>> = board
+            .corners_in_board_m()
+            .iter()
+            .map(|point| fisheye.px_from_board(&pose, point).expect("in front"))
+            .collect();
+        let true_rim = {
+            let card = Card::new(&corners, &board, &fisheye).expect("a board");
+            card.rim().expect("in front")
+        };
+        let off_px = |card: Card| {
+            let rim = card.rim().expect("in front");
+            let steps = rim.len() / 4;
+            let off = (0..4).map(|at| (rim[at * steps].0 - true_rim[at * 12].0).norm());
+            off.fold(0.0, f64::max)
+        };
+        let [seen, through_guess] = [Card::seen, Card::new]
+            .map(|card| off_px(card(&corners, &board, &guess).expect("a board")));
+        let square_px = (corners[0] - corners[1]).norm();
+        assert!(seen < 0.35 * square_px, "{seen} of {square_px} px");
+        assert!(through_guess > 2.0 * seen, "{through_guess} {seen}");
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl Instruction {
         Self {
             moment,
             card: target.and_then(|target| card(&target.ghost_px)),
-            board: seen.and_then(|corners| card(corners)),
+            board: seen.and_then(|corners| Card::seen(corners, board, &snapshot.lens)),
             close: match moment {
                 // Whoever holds still is in the right place.
                 Moment::Hold => Some(1.0),
