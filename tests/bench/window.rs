@@ -34,7 +34,7 @@ use boresight::{
     geometry::Camera,
     guidance::Plan,
     pipeline::{FrameReport, Pipeline, Setup},
-    session::Session,
+    session::{Command, Session},
     simulation::{NoCues, Scene, SyntheticSource},
     ui::{App, options},
 };
@@ -208,6 +208,10 @@ impl AppHost for Bench {
     }
 
     fn stored(&mut self, _: &Path, _: Wake) -> Result<Storing, UserError> {
+        unreachable!("no session is opened")
+    }
+
+    fn correct(&mut self, _: &Path, _: Command, _: Wake) -> Result<Storing, UserError> {
         unreachable!("no session is opened")
     }
 

@@ -25,7 +25,7 @@ use boresight::{
     guidance::Plan,
     pipeline::{Pipeline, Setup},
     recording::{Header, SessionFolder},
-    session::{Input, Session},
+    session::{Command, Input, Session},
     simulation::kernel::SimKernel,
     ui::{App, UiAction},
 };
@@ -188,6 +188,10 @@ impl AppHost for OneCamera {
     }
 
     fn stored(&mut self, _: &Path, _: Wake) -> Result<Storing, UserError> {
+        unreachable!("there is no session")
+    }
+
+    fn correct(&mut self, _: &Path, _: Command, _: Wake) -> Result<Storing, UserError> {
         unreachable!("there is no session")
     }
 

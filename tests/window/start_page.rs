@@ -27,6 +27,7 @@ use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Plan,
     markers::{CircleRows, Dictionary},
+    session::Command,
     simulation::{Scene, render_view},
     text::{NO_VOICE, rig, settings, start as words},
     ui::{
@@ -552,6 +553,15 @@ impl AppHost for WithCamera {
 
     fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError> {
         self.inner.stored(folder, wake)
+    }
+
+    fn correct(
+        &mut self,
+        folder: &Path,
+        command: Command,
+        wake: Wake,
+    ) -> Result<Storing, UserError> {
+        self.inner.correct(folder, command, wake)
     }
 
     fn delete(&mut self, folder: &Path) -> Result<(), UserError> {

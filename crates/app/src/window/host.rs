@@ -163,10 +163,7 @@ pub trait AppHost {
         folder: &Path,
         command: Command,
         wake: Wake,
-    ) -> Result<Storing, UserError> {
-        let _ = command;
-        self.stored(folder, wake)
-    }
+    ) -> Result<Storing, UserError>;
 
     /// Moves the session in `folder` to the bin.
     ///
