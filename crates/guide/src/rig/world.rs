@@ -62,7 +62,8 @@ impl World {
     pub(crate) fn in_corners() -> Self {
         let corner = |quarter: u32| {
             let turn = std::f64::consts::FRAC_PI_2 * f64::from(quarter);
-            let eye = Point3::new(2.0 * turn.sin(), -1.0, -2.0 * turn.cos());
+            let (sin, cos) = libm::sincos(turn);
+            let eye = Point3::new(2.0 * sin, -1.0, -2.0 * cos);
             Isometry3::face_towards(&eye, &Point3::origin(), &Vector3::y()).inverse()
         };
         let start = Isometry3::rotation(Vector3::y() * -std::f64::consts::FRAC_PI_4);
@@ -216,7 +217,7 @@ impl World {
         let turn = (self.to.rotation * self.from.rotation.inverse()).scaled_axis();
         let at = self.from.translation.vector.lerp(&self.to.translation.vector, share);
         let secs = self.frame as f64 / FRAMES_PER_SEC as f64;
-        let tremor = Vector3::new(self.tremor_m * (40.0 * secs).sin(), 0.0, 0.0);
+        let tremor = Vector3::new(self.tremor_m * libm::sin(40.0 * secs), 0.0, 0.0);
         let rotation = UnitQuaternion::from_scaled_axis(turn * share) * self.from.rotation;
         Isometry3::from_parts((at + tremor).into(), rotation)
     }

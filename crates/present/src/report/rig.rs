@@ -106,17 +106,18 @@ fn sheet(rig: &RigFile, certificate: &Certificate) -> String {
 /// Rows and distances of the weakest pair, within which they are 95 % of the time, with the size of
 /// the board's squares.
 fn how_exact(rig: &RigFile) -> String {
-    let of = |pair: &RigPairEntry| Some((pair.distance_sd?, pair.at_m?, pair.row_sd_px));
-    let weakest = rig.pairs.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let of = |pair: &RigPairEntry| {
+        let at_m = pair.at_m?;
+        let within_m = K * libm::hypot(pair.distance_sd?, rig.board_scale_sd) * at_m;
+        let row_px = pair.row_sd_px.map(|px| K * px);
+        let is_known = [Some(within_m), row_px].iter().flatten().all(|it| it.is_finite());
+        is_known.then_some((within_m, at_m, row_px))
+    };
+    let share = |(within_m, at_m, _): &(f64, f64, _)| within_m / at_m;
+    let weakest = rig.pairs.iter().filter_map(of).max_by(|a, b| share(a).total_cmp(&share(b)));
     weakest.map_or_else(
         || certificate_words::NOT_KNOWN.into(),
-        |(share, at_m, row_px)| {
-            rig_words::how_exact(
-                K * libm::hypot(share, rig.board_scale_sd) * at_m,
-                at_m,
-                row_px.map(|px| K * px),
-            )
-        },
+        |(within_m, at_m, row_px)| rig_words::how_exact(within_m, at_m, row_px),
     )
 }
 
@@ -129,7 +130,8 @@ fn where_valid(rig: &RigFile) -> String {
         };
         rig.cameras.iter().filter_map(of).reduce(f64::min)
     };
-    let far: Vec<f64> = rig.instants.iter().filter_map(|it| far(&it.rig_from_board)).collect();
+    let far = rig.instants.iter().filter_map(|it| far(&it.rig_from_board));
+    let far: Vec<f64> = far.filter(|far_m| far_m.is_finite()).collect();
     let [near, far] = [f64::min, f64::max].map(|of| far.iter().copied().reduce(of));
     near.zip(far).map_or_else(
         || certificate_words::NOT_KNOWN.into(),
