@@ -66,15 +66,16 @@ impl Card {
         Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m, rim_px: None })
     }
 
-    /// Card of the board that is seen with its inner corners at `corners_px`. Its rim continues
-    /// their rows and columns, so it lies on the board before the lens is known.
+    /// Card of the board that is seen with its inner corners at `corners_px`. Its rim follows their
+    /// rows and columns, so it lies on the board before the lens is known.
     pub fn seen(corners_px: &[Point2<f64>], board: &Board, lens: &Camera) -> Option<Self> {
         let card = Self::new(corners_px, board, lens)?;
         Some(Self { rim_px: card.continued(corners_px, board), ..card })
     }
 
-    /// Points around the card by parabolas through the three nearest rows and columns of corners.
-    /// `None` if a corner is covered, or the corners aren't evenly spaced.
+    /// Points around the card through the lens, moved by what the corners are off it: parabolas
+    /// through the three nearest rows and columns. `None` if a corner is covered, or the corners
+    /// aren't evenly spaced.
     fn continued(
         &self,
         corners_px: &[Point2<f64>],
@@ -94,22 +95,26 @@ impl Card {
         if !in_board_m.iter().enumerate().all(is_even) {
             return None;
         }
+        let off_px: Vec<Vector2<f64>> = corners_px
+            .iter()
+            .zip(&in_board_m)
+            .map(|(px, at)| Some(px - self.seen_px(at.x, at.y)?))
+            .collect::<Option<_>>()?;
         let at_px = |x_m: f64, y_m: f64| {
             let at = (Point2::new(x_m, y_m) - first_m).component_div(&step_m);
             let ((left, across), (top, down)) = (parabola(at.x, columns), parabola(at.y, rows));
-            let mut px = Vector2::zeros();
+            let mut off = Vector2::zeros();
             for (row, of_row) in down.iter().enumerate() {
                 for (column, of_column) in across.iter().enumerate() {
-                    let corner = corners_px[(top + row) * columns + left + column];
-                    px += of_row * of_column * corner.coords;
+                    off += of_row * of_column * off_px[(top + row) * columns + left + column];
                 }
             }
-            Point2::from(px)
+            Some(self.seen_px(x_m, y_m)? + off)
         };
         let [x, y] = self.half_m;
         let mut rim_px = [Point2::origin(); 4 * FISHEYE_RIM_STEPS];
         for (px, [x_m, y_m]) in rim_px.iter_mut().zip(around([-x, -y], [x, y], FISHEYE_RIM_STEPS)) {
-            *px = at_px(x_m, y_m);
+            *px = at_px(x_m, y_m)?;
         }
         rim_px.iter().all(|px| px.iter().all(|at| at.is_finite())).then_some(rim_px)
     }
@@ -250,34 +255,37 @@ mod tests {
     #[test]
     fn the_rim_of_a_seen_board_lies_on_it_before_the_lens_is_known() {
         let board = Board::new(9, 6, 0.025).expect("valid");
-        let kind = LensKind::Fisheye;
-        let fisheye = Camera {
-            distortion: Distortion { kind, k1: -0.02, ..Distortion::default() },
-            ..Camera::pinhole(420.0, Point2::new(640.0, 480.0))
+        let lens = |f_px: f64, kind: LensKind, k1: f64| Camera {
+            distortion: Distortion { kind, k1, ..Distortion::default() },
+            ..Camera::pinhole(f_px, Point2::new(640.0, 480.0))
         };
-        let guess = Camera::pinhole(900.0, Point2::new(640.0, 480.0));
+        let guess = lens(900.0, LensKind::Perspective, 0.0);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.6);
         let pose = Isometry3::from_parts(Vector3::new(0.12, 0.05, 0.2).into(), turn);
-        let corners: Vec<Point2<f64>> = board
-            .corners_in_board_m()
-            .iter()
-            .map(|point| fisheye.px_from_board(&pose, point).expect("in front"))
-            .collect();
-        let true_rim = {
-            let card = Card::new(&corners, &board, &fisheye).expect("a board");
-            card.rim().expect("in front")
-        };
-        let off_px = |card: Card| {
-            let rim = card.rim().expect("in front");
-            let steps = rim.len() / 4;
-            let off = (0..4).map(|at| (rim[at * steps].0 - true_rim[at * 12].0).norm());
-            off.fold(0.0, f64::max)
-        };
-        let [seen, through_guess] = [Card::seen, Card::new]
-            .map(|card| off_px(card(&corners, &board, &guess).expect("a board")));
-        let square_px = (corners[0] - corners[1]).norm();
-        assert!(seen < 0.35 * square_px, "{seen} of {square_px} px");
-        assert!(through_guess > 2.0 * seen, "{through_guess} {seen}");
+        let fisheye = lens(420.0, LensKind::Fisheye, -0.02);
+        let wide = lens(650.0, LensKind::Perspective, -0.1);
+        let narrow = lens(1200.0, LensKind::Perspective, 0.0);
+        for truth in [fisheye, wide, narrow] {
+            let corners: Vec<Point2<f64>> = board
+                .corners_in_board_m()
+                .iter()
+                .map(|point| truth.px_from_board(&pose, point).expect("in front"))
+                .collect();
+            let sides = |card: fn(&[Point2<f64>], &Board, &Camera) -> Option<Card>,
+                         lens: &Camera| {
+                card(&corners, &board, lens).expect("a board").corners().expect("in front")
+            };
+            let true_px = sides(Card::new, &truth);
+            let off_px = |card| {
+                let off = sides(card, &guess);
+                let off = off.iter().zip(&true_px).map(|((px, _), (there, _))| (px - there).norm());
+                off.fold(0.0, f64::max)
+            };
+            let [seen, through_guess] = [off_px(Card::seen), off_px(Card::new)];
+            let square_px = (corners[0] - corners[1]).norm();
+            assert!(seen < 0.35 * square_px, "{seen} of {square_px} px");
+            assert!(through_guess > 3.0 * seen, "{through_guess} {seen}");
+        }
     }
 
     #[test]

@@ -78,8 +78,8 @@ impl EndedPage {
         Self { verdict, aloud, what, action, map: None, cause: None, ..self }
     }
 
-    /// Page about the finished session of several cameras with the file `result`, if any. Numbers of
-    /// a rig that isn't to be used are left out.
+    /// Page about the finished session of several cameras with the file `result`, if any. Numbers
+    /// of a rig that isn't to be used are left out.
     pub fn of_rig(result: Option<&RigFile>, grade: Option<Grade>, files: Vec<PageFile>) -> Self {
         let findings = result.iter().flat_map(|rig| &rig.findings);
         let usable = result.filter(|_| grade.is_some_and(|it| it != Grade::NotTrustworthy));
