@@ -176,7 +176,7 @@ impl Arguments {
             };
             let ended = conclude_rig(&names, &cameras, &config, files, &announcer())?;
             if self.json {
-                print(&ended.json())?;
+                print(&ended.json)?;
             }
             return Ok(ended.exit);
         }

@@ -153,7 +153,7 @@ impl Guide {
     }
 
     fn print(&self, ended: &RigEnded) -> anyhow::Result<()> {
-        if self.as_json { print(&ended.json()) } else { Ok(()) }
+        if self.as_json { print(&ended.json) } else { Ok(()) }
     }
 }
 

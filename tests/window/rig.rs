@@ -81,6 +81,7 @@ fn each_camera_has_a_picture_each_link_its_error_and_the_person_one_sentence() {
             .map(Into::into)
             .into(),
         file: None,
+        json: String::new(),
     });
     page.run();
     page.get_by_label("Good: every pair meets the goal");

@@ -225,8 +225,7 @@ impl Hub {
 
     /// Shows a picture of a watched camera, and the action.
     pub fn adjusting(&self, frame: &Arc<Frame>, page: AdjustPage) {
-        let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-        self.publish(Some(Picture { number, frame: Arc::clone(frame), came: Instant::now() }));
+        self.publish(Some(self.numbered(frame)));
         self.show(Stage::Adjusting(Arc::new(page)));
     }
 
@@ -244,9 +243,7 @@ impl Hub {
             shown.as_ref().is_some_and(|picture| Arc::ptr_eq(&picture.frame, frame))
         };
         if let Some(frame) = frame.filter(|frame| !is_shown(frame)) {
-            let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-            let frame = Arc::clone(frame);
-            self.publish(Some(Picture { number, frame, came: Instant::now() }));
+            self.publish(Some(self.numbered(frame)));
         }
         let before = self.state.borrow().led.as_ref().map_or(0, |led| led.places);
         let newest = if led.places > before {
@@ -315,6 +312,12 @@ impl Hub {
         *lock(&self.left) = Some(Instant::now());
         self.watchers.fetch_sub(usize::from(role == Role::Watcher), Ordering::Relaxed);
         self.pages.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// `frame` with the next number, come now.
+    fn numbered(&self, frame: &Arc<Frame>) -> Picture {
+        let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
+        Picture { number, frame: Arc::clone(frame), came: Instant::now() }
     }
 
     /// Publishes a picture to the pages.
@@ -433,8 +436,7 @@ impl Onlooker for Hub {
     }
 
     fn captured(&self, frame: &Arc<Frame>) {
-        let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-        let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
+        let picture = self.numbered(frame);
         // A frame is published after its judgement: encoding JPEGs while the detector works would
         // slow it down. The previous frame, if unjudged, is published now.
         let before = lock(&self.unjudged).replace(picture);

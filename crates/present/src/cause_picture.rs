@@ -23,7 +23,7 @@ const ENLARGEMENTS: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 pub struct CausePicture {
     /// Place in the calibration of the view whose picture lies below; `None` for any.
     pub place: Option<usize>,
-    /// The outlines as they should be and as they are: name, and corners in pixels, clockwise from
+    /// Expected and found outline: name, and corners in pixels, clockwise from
     /// the upper left.
     pub parts: [(String, [Point2<f64>; 4]); 2],
     /// What the outlines show, with their enlargement.

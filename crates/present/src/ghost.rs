@@ -73,7 +73,7 @@ impl Card {
         Some(Self { rim_px: card.continued(corners_px, board), ..card })
     }
 
-    /// Points around the card through the lens, moved by what the corners are off it: parabolas
+    /// Points around the card through the lens, moved by the corners' residuals: parabolas
     /// through the three nearest rows and columns. `None` if a corner is covered, or the corners
     /// aren't evenly spaced.
     fn continued(

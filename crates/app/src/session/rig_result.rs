@@ -28,18 +28,8 @@ pub struct RigEnded {
     pub lines: Vec<String>,
     /// `boresight.rig/1`; `None` if the session failed.
     pub file: Option<RigFile>,
-}
-
-impl RigEnded {
-    /// The file as JSON; empty if the session failed.
-    pub fn json(&self) -> String {
-        // All keys are strings.
-        self.file.as_ref().map_or_else(String::new, json)
-    }
-}
-
-fn json(file: &RigFile) -> String {
-    serde_json::to_string_pretty(file).unwrap_or_default()
+    /// Text of the file; empty if the session failed.
+    pub json: String,
 }
 
 /// Picture of a camera, by name, at the instant with a number.
@@ -96,15 +86,15 @@ pub fn conclude_rig(
     for line in &lines {
         announcer.say(line);
     }
+    let json = serde_json::to_string_pretty(&file)?;
     let mut written = Vec::new();
     if let Some(path) = out {
-        save(path, json(&file).as_bytes(), overwrite)?;
+        save(path, json.as_bytes(), overwrite)?;
         written.push(format!("Written: {}", path.display()));
     }
     #[cfg(feature = "report")]
     if let Some(path) = report {
-        let (text, made) = (json(&file), Some(jiff::Timestamp::now()));
-        let known = out.map(|out| (out, text.as_bytes()));
+        let (made, known) = (Some(jiff::Timestamp::now()), out.map(|out| (out, json.as_bytes())));
         let mut notes = Vec::new();
         let known = Circumstances { made, file: known, ..Circumstances::default() };
         let certificate = certificate(&config.certificate, known, &mut notes);
@@ -120,7 +110,7 @@ pub fn conclude_rig(
     let is_usable = found.as_ref().is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
     let exit = if is_usable { Exit::Good } else { Exit::NotTrustworthy };
     let grade = found.is_ok().then(|| Grade::of_rig(&file));
-    Ok(RigEnded { exit, grade, lines, file: Some(file) })
+    Ok(RigEnded { exit, grade, lines, file: Some(file), json })
 }
 
 /// Writes the page about `rig`, with `certificate` as its first sheet, to a path; the news of it.

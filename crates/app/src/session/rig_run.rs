@@ -448,11 +448,14 @@ impl Led {
 
     fn news(&self, is_mirrored: bool) -> RigNews<'_> {
         let prompt = self.rig.prompt();
+        let of_camera = match prompt {
+            RigPrompt::OfCamera { camera } => self.cameras[camera].newest.as_ref(),
+            _ => None,
+        };
+        let of_camera = of_camera.map(Instruction::of);
         let sentence = |is_mirrored| {
-            words::prompt(&prompt, &self.names, |camera| {
-                let newest = self.cameras[camera].newest.as_ref();
-                newest.map(|newest| Instruction::of(newest).sentence(is_mirrored))
-            })
+            let said = |_| of_camera.as_ref().map(|it| it.sentence(is_mirrored));
+            words::prompt(&prompt, &self.names, said)
         };
         fn of(Running { frame, newest, .. }: &Running) -> (Option<&Arc<Frame>>, Option<&Snapshot>) {
             (frame.as_ref(), newest.as_ref())

@@ -123,9 +123,8 @@ fn judged_as(code: Option<&str>, unfinished: bool) -> (Option<Verdict>, &'static
 fn listed_rig(folder: PathBuf) -> Option<(String, Recording)> {
     let session = RigSessionFile::read(&folder).ok()?;
     let names: Vec<&str> = session.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    let created = names.iter().find_map(|name| {
-        SessionFolder::header(&folder.join(name)).ok().map(|header| header.created.clone())
-    })?;
+    let Header { created, source, .. } =
+        names.iter().find_map(|name| SessionFolder::header(&folder.join(name)).ok())?;
     let file = tree(&folder.join(RIG_RESULT)).and_then(|tree| RigFile::read(&tree).ok());
     let unfinished = file.as_ref().is_some_and(RigFile::is_unfinished);
     let (judged, verdict) = judged_as(file.as_ref().map(|file| &*file.verdict), unfinished);
@@ -133,7 +132,7 @@ fn listed_rig(folder: PathBuf) -> Option<(String, Recording)> {
     let listed = Recording {
         when: local(&created),
         camera: text::sessions::cameras(&names, session.places().len()),
-        verdict: verdict.into(),
+        verdict: text::of_source(&source, verdict),
         judged,
         views: None,
         report: report.is_file().then_some(report),

@@ -222,7 +222,7 @@ impl World {
         Isometry3::from_parts((at + tremor).into(), rotation)
     }
 
-    /// Follows a request that still holds where the board has arrived: whoever hears that a camera
+    /// Follows a request at the place where the board has arrived: whoever hears that a camera
     /// doesn't see the board turns it to where both look.
     fn obey(&mut self) {
         let seeing = self.rig.seeing();

@@ -3,12 +3,15 @@
 
 use std::{path::Path, sync::atomic::Ordering};
 
-use super::{Phone, result::report};
+use super::{
+    Phone,
+    result::{exports, report},
+};
 use crate::{EndedPage, PageFile, Stage};
 use boresight_app::{
-    Announcer, RIG_REPORT, RIG_RESULT,
+    RIG_REPORT, RIG_RESULT,
     session::{
-        export::{self, Format},
+        export::offered,
         rig_result::RigEnded,
         rig_run::{RigHand, RigNews, RigRun},
     },
@@ -81,11 +84,6 @@ fn files(folder: &Path) -> Vec<PageFile> {
     let whole = whole.map(|bytes| {
         PageFile::new(RIG_RESULT, words::CALIBRATION, "application/octet-stream", bytes)
     });
-    let formats = Format::all().filter(|format| matches!(format, Format::Rig(_)));
-    let exports = formats.filter_map(|format| {
-        let exported = export::export(&rig, format, None, None, &Announcer::silent()).ok()?;
-        let bytes = exported.text.into_bytes();
-        Some(PageFile::new(format.file(), format.label(), "application/octet-stream", bytes))
-    });
-    report(&folder.join(RIG_REPORT)).into_iter().chain(whole).chain(exports).collect()
+    let report = report(&folder.join(RIG_REPORT));
+    report.into_iter().chain(whole).chain(exports(&rig, offered(true))).collect()
 }

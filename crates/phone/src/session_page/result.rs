@@ -6,7 +6,7 @@ use crate::{EndedPage, PageFile};
 use boresight_app::{
     Announcer, REPORT_FILE,
     session::{
-        export::{self, FORMATS},
+        export::{self, Format, offered},
         run::Concluded,
     },
 };
@@ -35,10 +35,14 @@ pub(super) fn report(path: &Path) -> Option<PageFile> {
 /// no use for an error.
 fn files(folder: &Path) -> Vec<PageFile> {
     let report = report(&folder.join(REPORT_FILE));
-    let exports = FORMATS.iter().filter_map(|format| {
-        let exported = export::export(folder, *format, None, None, &Announcer::silent()).ok()?;
+    report.into_iter().chain(exports(folder, offered(false))).collect()
+}
+
+/// The result in `input` in each of `formats` that can hold it.
+pub(super) fn exports(input: &Path, formats: Vec<Format>) -> impl Iterator<Item = PageFile> {
+    formats.into_iter().filter_map(move |format| {
+        let exported = export::export(input, format, None, None, &Announcer::silent()).ok()?;
         let bytes = exported.text.into_bytes();
         Some(PageFile::new(format.file(), format.label(), "application/octet-stream", bytes))
-    });
-    report.into_iter().chain(exports).collect()
+    })
 }

@@ -103,8 +103,8 @@ fn sheet(rig: &RigFile, certificate: &Certificate) -> String {
     section_with(Section::Certificate, "certificate", &body)
 }
 
-/// Rows and distances of the weakest pair, within which they are 95 % of the time, with the size of
-/// the board's squares.
+/// Expanded uncertainty (95 %) of rows and distances of the weakest pair, with the doubt in the
+/// board's size.
 fn how_exact(rig: &RigFile) -> String {
     let of = |pair: &RigPairEntry| {
         let at_m = pair.at_m?;

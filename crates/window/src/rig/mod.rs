@@ -155,6 +155,7 @@ impl RigView {
                     grade: None,
                     lines: vec![format!("{err:#}")],
                     file: None,
+                    json: String::new(),
                 },
                 Clone::clone,
             );
