@@ -13,7 +13,7 @@ use super::{
     store::Store,
 };
 use boresight_geometry::frame::ImageSize;
-use boresight_watch::{Decision, Lens, Mask, NoAnswer, Reference, Shelf, View, agreeing};
+use boresight_watch::{Decision, Lens, NoAnswer, Reference, Shelf, View, agreeing};
 
 const DAY_SECS: f64 = 86_400.0;
 
@@ -86,7 +86,7 @@ impl Places {
         let kept = shelf.kept();
         let waits = |(number, at_secs)| {
             let view = View::of(shelf.take(number)?);
-            Some((number, Reference::of(&view, at_secs, &lens, &Mask::default())))
+            Some((number, Reference::of(&view, at_secs, &lens, |_, _| false)))
         };
         let waiting = kept.into_iter().filter_map(waits).collect();
         let (folder, name) = (folder.to_path_buf(), name.to_owned());
@@ -236,7 +236,7 @@ impl Presets {
         let number = self.waiting.last().map_or(0, |(number, _)| number + 1);
         let at_secs = at_secs.round();
         self.shelf.put(number, at_secs, &view.grey);
-        self.waiting.push((number, Reference::of(view, at_secs, &self.lens, &Mask::default())));
+        self.waiting.push((number, Reference::of(view, at_secs, &self.lens, |_, _| false)));
         // Pictures of a camera under way never come again.
         let surplus = self.waiting.len().saturating_sub(2 * self.most);
         for (number, _) in self.waiting.drain(..surplus) {

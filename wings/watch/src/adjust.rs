@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector4;
 
-use crate::{level::COARSE, measure::NoAnswer, patches::COARSE_SEARCH, slot::median4};
+use crate::{no_answer::NoAnswer, slot::median4};
+use boresight_scene::{COARSE, COARSE_SEARCH};
 
 /// Range of the coarse search in a single step, px: the tone starts here.
 const FAR_PX: f64 = (COARSE * COARSE_SEARCH as u32) as f64;

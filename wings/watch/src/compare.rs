@@ -4,15 +4,10 @@ use std::collections::BTreeSet;
 
 use nalgebra::Point2;
 
-use crate::{
-    fit::{Sighting, lens_covariance},
-    gallery::Gallery,
-    level::View,
-    measure::{APART_PX, LEAST_AGREEING, Measured, NEAREST, NoAnswer, credible, motion_besides},
-    patches::{FINE_SEARCH, cell_of},
-    reference::Reference,
-    shift::best_shift,
-    turn::{Lens, Turn},
+use crate::{gallery::Gallery, gallery::NEAREST, no_answer::NoAnswer};
+use boresight_scene::{
+    APART_PX, FINE_SEARCH, LEAST_AGREEING, Lens, Measured, Reference, Sighting, Turn, View,
+    best_shift, cell_of, credible, lens_covariance, motion_besides,
 };
 
 /// Minimum number of agreeing patches for a motion beyond the search around another: so far apart,
@@ -51,7 +46,7 @@ impl Gallery {
             let agree = still.inliers as u32;
             return Err(NoAnswer::TwoMotions { agree, other, left_out_percent: None });
         }
-        credible(measured, self.sought(view))
+        Ok(credible(measured, self.sought(view))?)
     }
 
     /// Number of patches that agree about a motion beyond the search around `still`, if they are

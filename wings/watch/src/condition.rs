@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 
 use crate::{
-    fit::{SIGMA_OF_MEDIAN, median},
     input::Answer,
-    measure::FEWEST_FOUND,
     slot::{DAY_SECS, SLOT_SECS},
 };
+use boresight_scene::{FEWEST_FOUND, SIGMA_OF_MEDIAN, median};
 
 /// Log sharpness of blur, unless the camera's own pictures scatter more.
 const BLUR: f64 = -0.15;

@@ -3,10 +3,10 @@
 use nalgebra::{SMatrix, SVector, Vector4};
 
 use crate::{
-    fit::SIGMA_OF_MEDIAN,
     sequential::quiet_scatter,
     slot::{DAY_SECS, SLOT_SECS, median4},
 };
+use boresight_scene::SIGMA_OF_MEDIAN;
 
 /// Minimum scatter, as a share of the picture's width: estimates of a stationary camera scatter
 /// less.
@@ -80,7 +80,7 @@ impl Cycle {
                 samples.iter().zip(&hours).map(|(s, h)| value(s) - terms.transpose() * h).collect();
             let scale = Vector4::from_fn(|i, _| {
                 let mut all: Vec<f64> = off.iter().map(|o| o[i].abs()).collect();
-                SIGMA_OF_MEDIAN * crate::fit::median(&mut all).unwrap_or(0.0) + 1e-9
+                SIGMA_OF_MEDIAN * boresight_scene::median(&mut all).unwrap_or(0.0) + 1e-9
             });
             for (weight, off) in weights.iter_mut().zip(&off) {
                 *weight = 1.0 / (1.0 + off.component_div(&scale).amax().powi(2) / 9.0);
@@ -141,7 +141,7 @@ fn slot_medians(
         slots.entry((sample.at_secs / slot_secs).floor() as i64).or_default().push(of(sample));
     }
     let mut counts: Vec<f64> = slots.values().map(|values| values.len() as f64).collect();
-    let usual = crate::fit::median(&mut counts).unwrap_or(0.0);
+    let usual = boresight_scene::median(&mut counts).unwrap_or(0.0);
     // A slot just begun, or mostly at night, has no reliable median.
     let full = slots.into_values().filter(|values| 2.0 * values.len() as f64 >= usual);
     full.map(|values| median4(&values)).collect()

@@ -4,13 +4,9 @@
 use image::GrayImage;
 use nalgebra::Point2;
 
-use crate::{
-    gallery::Gallery,
-    level::View,
-    measure::{Measured, NEAREST, NoAnswer, credible},
-    reference::Reference,
-    shift::{best_shift, bilinear, turned},
-    turn::{Lens, Turn},
+use crate::{gallery::Gallery, gallery::NEAREST, no_answer::NoAnswer};
+use boresight_scene::{
+    Lens, Measured, Reference, Turn, View, best_shift, bilinear, credible, turned,
 };
 
 /// Candidate rolls and scales: with this step, neighbours are within reach of the coarse fit.
@@ -53,32 +49,30 @@ pub fn turn_back(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
     GrayImage::from_raw(grey.width(), grey.height(), out).unwrap_or_default()
 }
 
-impl Reference {
-    /// Turn of the camera since this reference, among all rolls and scales. `None` if nothing fits.
-    fn locate_far(&self, view: &View, lens: &Lens) -> Option<(Turn, usize)> {
-        let f = lens.camera.f_px;
-        let mut starts = Vec::new();
-        for roll_deg in ROLLS_DEG {
-            for scale in SCALES {
-                let roll_rad = roll_deg.to_radians();
-                let shift = best_shift(&turned(&self.thumb, lens, roll_rad, scale), &view.thumb);
-                let px = shift.shift_px(lens);
-                let turn = Turn {
-                    pan_rad: px.x / f.x,
-                    tilt_rad: -px.y / f.y,
-                    roll_rad,
-                    log_focal: libm::log(scale),
-                };
-                starts.push((shift.score, turn));
-            }
+/// Turn of the camera since `reference`, among all rolls and scales. `None` if nothing fits.
+fn locate_far(reference: &Reference, view: &View, lens: &Lens) -> Option<(Turn, usize)> {
+    let f = lens.camera.f_px;
+    let mut starts = Vec::new();
+    for roll_deg in ROLLS_DEG {
+        for scale in SCALES {
+            let roll_rad = roll_deg.to_radians();
+            let shift = best_shift(&turned(&reference.thumb, lens, roll_rad, scale), &view.thumb);
+            let px = shift.shift_px(lens);
+            let turn = Turn {
+                pan_rad: px.x / f.x,
+                tilt_rad: -px.y / f.y,
+                roll_rad,
+                log_focal: libm::log(scale),
+            };
+            starts.push((shift.score, turn));
         }
-        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let fits = starts.iter().take(FOLLOWED).filter_map(|(_, start)| {
-            let (fit, _) = self.coarse_fit(view, lens, start)?;
-            Some((fit.turn, fit.inliers()))
-        });
-        fits.max_by_key(|(_, inliers)| *inliers)
     }
+    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let fits = starts.iter().take(FOLLOWED).filter_map(|(_, start)| {
+        let (fit, _) = reference.coarse_fit(view, lens, start)?;
+        Some((fit.turn, fit.inliers()))
+    });
+    fits.max_by_key(|(_, inliers)| *inliers)
 }
 
 impl Gallery {
@@ -102,21 +96,21 @@ impl Gallery {
         let mut best: Option<Measured> = None;
         for (index, _) in order.into_iter().take(NEAREST) {
             let reference = &self.references[index];
-            let Some((turn, _)) = reference.locate_far(view, lens) else { continue };
+            let Some((turn, _)) = locate_far(reference, view, lens) else { continue };
             let Some(measured) = self.refine(view, lens, reference.turn.then(&turn)) else {
                 continue;
             };
             let is_better = best.as_ref().is_none_or(|best| measured.inliers > best.inliers);
             let judged = credible(Some(measured.clone()), measured.found);
             if judged.is_ok() {
-                return judged;
+                return Ok(judged?);
             }
             if is_better {
                 best = Some(measured);
             }
         }
         let sought = best.as_ref().map_or(0, |m| m.found);
-        credible(best, sought)
+        Ok(credible(best, sought)?)
     }
 
     /// Turns the picture back by `turn` and measures the rest, twice.
@@ -130,8 +124,12 @@ impl Gallery {
             measured.turned_back = Some(total);
             // The rest is applied first, then the total.
             total = rest.then(&total);
-            measured.covariance +=
-                crate::fit::lens_covariance(lens, &total, &measured.sightings, &measured.weights);
+            measured.covariance += boresight_scene::lens_covariance(
+                lens,
+                &total,
+                &measured.sightings,
+                &measured.weights,
+            );
             measured.turn = total;
             last = Some(measured);
         }

@@ -2,16 +2,14 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
-use crate::{
-    fit::{SIGMA_OF_MEDIAN, median, offsets_px},
-    level::{Thumb, View},
-    measure::{Measured, NEAREST, credible},
-    overlay::Mask,
-    reference::{Reference, UNKNOWN_SIGMA_PX},
-    slot::SEVERAL,
-    turn::{Lens, Turn},
+use crate::{overlay::Mask, slot::SEVERAL};
+use boresight_scene::{
+    Lens, Measured, Reference, SIGMA_OF_MEDIAN, Thumb, Turn, UNKNOWN_SIGMA_PX, View, credible,
+    median, offsets_px,
 };
 
+/// Number of references compared with a picture.
+pub(crate) const NEAREST: usize = 3;
 /// Number of references learned at first.
 pub const SIZE: usize = 24;
 /// Minimum share of pictures similar to the reference in which a patch must be found.
@@ -137,7 +135,11 @@ impl Gallery {
     ) -> (Self, Vec<Tie>) {
         let chosen: Vec<(usize, Reference)> = choose(glances, size)
             .into_iter()
-            .filter_map(|k| Some((k, Reference::of(&load(k)?, glances[k].taken_secs, lens, mask))))
+            .filter_map(|k| {
+                let glance = &glances[k];
+                let is_masked = |x, y| mask.covers(x, y);
+                Some((k, Reference::of(&load(k)?, glance.taken_secs, lens, is_masked)))
+            })
             .collect();
         let (indices, references): (Vec<usize>, Vec<Reference>) = chosen.into_iter().unzip();
         let mut gallery = Self { references };
@@ -325,7 +327,7 @@ mod tests {
         let view = View::of(grey);
         let of = |(hour, percent): (usize, &f64)| Reference {
             turn: Turn { log_focal: percent / 100.0, ..Turn::default() },
-            ..Reference::of(&view, hour as f64 * 3600.0, &lens, &Mask::default())
+            ..Reference::of(&view, hour as f64 * 3600.0, &lens, |_, _| false)
         };
         let mut gallery = Gallery { references: percent.iter().enumerate().map(of).collect() };
         gallery.set_modes();

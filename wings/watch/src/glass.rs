@@ -1,12 +1,7 @@
 //! Front glass and focus: sharpness and contrast of the patches against those of the references.
 
-use crate::{
-    fit::median,
-    gallery::Gallery,
-    level::View,
-    measure::{FEWEST_FOUND, Measured},
-    texture::Texture,
-};
+use crate::gallery::Gallery;
+use boresight_scene::{FEWEST_FOUND, Measured, Texture, View, median};
 
 /// Glass against the references: logarithms, 0 if unchanged.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

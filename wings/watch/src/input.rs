@@ -3,11 +3,8 @@
 use nalgebra::{Matrix4, Vector4};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    glass::Glass,
-    measure::{Causes, Measured, NoAnswer},
-    turn::Turn,
-};
+use crate::{glass::Glass, no_answer::NoAnswer};
+use boresight_scene::{Causes, Measured, Turn};
 
 /// Bounds of times and turns: the year 2200, and millionths that fill a circle.
 const LATEST_SECS: f64 = 7.3e9;

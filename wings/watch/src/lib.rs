@@ -31,42 +31,32 @@ mod compare;
 mod condition;
 mod cycle;
 mod far;
-mod fit;
 mod gallery;
 mod glass;
 mod input;
-mod level;
-mod measure;
-mod outline;
+mod no_answer;
 mod overlay;
-mod patches;
-mod reference;
 mod seasons;
 mod sequential;
-mod shift;
 mod slot;
 mod state;
 mod station;
-mod texture;
-mod turn;
 mod watch;
 
 pub use adjust::{Adjust, Advice, Axis};
+pub use boresight_scene::{
+    COARSE_HALF, Causes, FINE_HALF, Fit, Landmark, Lens, Measured, Patch, Reference,
+    SIGMA_OF_MEDIAN, Sighting, Texture, Thumb, Turn, View, fit, lens_covariance, px_per_turn,
+};
 pub use compare::agreeing;
 pub use cycle::{Cycle, Sample};
 pub use far::turn_back;
-pub use fit::{Fit, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance};
 pub use gallery::{Gallery, Glance, SIZE, choose};
 pub use glass::Glass;
 pub use input::{Answer, Input, LearnedSample, Picture, turn_of};
-pub use level::{Thumb, View};
-pub use measure::{Causes, Measured, NEAREST, NoAnswer};
+pub use no_answer::NoAnswer;
 pub use overlay::Mask;
-pub use patches::{COARSE_HALF, FINE_HALF, Patch};
-pub use reference::{Landmark, Reference};
 pub use sequential::{RELEVANT, Sequential, Verdict};
 pub use state::{Cause, Decision, Finding, State};
 pub use station::{Looked, Shelf, Station};
-pub use texture::Texture;
-pub use turn::{Lens, Turn, px_per_turn};
 pub use watch::Watch;

@@ -4,12 +4,8 @@
 use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
 
-use crate::{
-    fit::Sighting,
-    measure::APART_PX,
-    patches::{GRID, cell_of},
-    slot::SEVERAL,
-};
+use crate::slot::SEVERAL;
+use boresight_scene::{APART_PX, GRID, Sighting, cell_of};
 
 /// Minimum ratio of mean brightness between pictures of different light.
 const DIFFERENT_LIGHT: f64 = 1.5;

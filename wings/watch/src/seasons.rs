@@ -6,14 +6,10 @@ use image::GrayImage;
 
 use crate::{
     gallery::{Gallery, SIZE, Track},
-    level::View,
-    measure::Measured,
     overlay::Mask,
-    patches::cell_of,
-    reference::Reference,
     slot::DAY_SECS,
-    turn::{Lens, Turn},
 };
+use boresight_scene::{Lens, Measured, Reference, Turn, View, cell_of};
 
 /// Maximum number of references adopted per day, and maximum number of references kept.
 const ADOPTED_A_DAY: usize = 4;
@@ -122,8 +118,10 @@ impl Seasons {
     fn adopt(&mut self, gallery: &mut Gallery, lens: &Lens, mask: &Mask) {
         for candidate in std::mem::take(&mut self.candidates) {
             let Candidate { at_secs, turn, grey, agreeing, .. } = candidate;
-            let mut reference =
-                Reference { turn, ..Reference::of(&View::of(grey), at_secs, lens, mask) };
+            let mut reference = Reference {
+                turn,
+                ..Reference::of(&View::of(grey), at_secs, lens, |x, y| mask.covers(x, y))
+            };
             reference.landmarks.retain(|landmark| {
                 let [i, j] = cell_of(&landmark.point_px(), lens.image_size);
                 agreeing.iter().any(|[k, l]| i.abs_diff(*k) <= 1 && j.abs_diff(*l) <= 1)

@@ -27,6 +27,6 @@ pub(crate) fn lived_secs(times: impl IntoIterator<Item = f64>) -> f64 {
 pub(crate) fn median4(values: &[Vector4<f64>]) -> Vector4<f64> {
     Vector4::from_fn(|i, _| {
         let mut all: Vec<f64> = values.iter().map(|v| v[i]).collect();
-        crate::fit::median(&mut all).unwrap_or(0.0)
+        boresight_scene::median(&mut all).unwrap_or(0.0)
     })
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector4;
 
-use crate::measure::NoAnswer;
+use crate::no_answer::NoAnswer;
 
 /// State of a watched camera.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,16 +10,14 @@ use crate::{
     gallery::{Gallery, Glance, SIZE},
     glass::Glass,
     input::{Answer, Input, LearnedSample, Picture, line_turn},
-    level::View,
-    measure::{Measured, NoAnswer},
+    no_answer::NoAnswer,
     overlay::Mask,
-    reference::Reference,
     seasons::Seasons,
     slot::lived_secs,
     state::{Decision, State},
-    turn::Lens,
     watch::{SETTLED_SECS, Watch},
 };
+use boresight_scene::{Lens, Measured, Reference, View};
 
 /// Maximum number of learning pictures kept. When exceeded, every second one is dropped, and from
 /// then on only every second one is taken, so they stay evenly spread.
@@ -276,7 +274,7 @@ impl Station {
     }
 
     fn reference(&self, grey: GrayImage, taken_secs: f64) -> Reference {
-        Reference::of(&View::of(grey), taken_secs, &self.lens, &self.mask)
+        Reference::of(&View::of(grey), taken_secs, &self.lens, |x, y| self.mask.covers(x, y))
     }
 
     fn shelve(&mut self, view: &View, at_secs: f64, shelf: &mut dyn Shelf) {

@@ -7,14 +7,13 @@ use nalgebra::Vector4;
 use crate::{
     condition::Condition,
     cycle::{Cycle, Sample},
-    fit::SHARED,
     input::{Answer, Input, Picture, turn_of},
-    measure::NoAnswer,
+    no_answer::NoAnswer,
     sequential::{MARGIN, RELEVANT, SEEN_WITHIN_SECS, Sequential, VISIBLE},
     slot::{DAY_SECS, HOUR_SECS, SEVERAL, lived_secs},
     state::{Cause, Decision, Finding, State},
-    turn::{Lens, px_per_turn},
 };
+use boresight_scene::{Lens, SHARED, px_per_turn};
 
 /// Minimum number of answers and hours before any verdict: a day's light, nearly whole.
 const LEARNING_ANSWERS: usize = 60;
@@ -565,7 +564,7 @@ impl Watch {
         found.extend(self.is_only_pinned().then_some(Finding::Pinned));
         if let (State::Moved(_), Some(usual)) = (self.decision.state, self.usual_share) {
             let mut now: Vec<f64> = self.shares.iter().copied().collect();
-            let share = crate::fit::median(&mut now).unwrap_or(usual);
+            let share = boresight_scene::median(&mut now).unwrap_or(usual);
             found.extend((share < LESS_AGREEMENT * usual).then_some(Finding::AlsoShifted));
         }
         if let Some(first) = &self.first {

@@ -14,12 +14,12 @@ const STEPS: usize = 14;
 /// Squared distance, in standard deviations, up to which a patch counts for the scatter.
 const NEAR: f64 = 9.0;
 /// Minimum weight of an agreeing patch.
-pub(crate) const AGREES: f64 = 0.5;
+pub const AGREES: f64 = 0.5;
 /// Standard deviation over median distance, for a normal distribution.
 pub const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Factor on the covariance of independent patches, because patches share shadows: pictures of a
 /// stationary camera scattered twice as much as stated.
-pub(crate) const SHARED: f64 = 4.0;
+pub const SHARED: f64 = 4.0;
 
 /// Sighting of a patch: the ray in the reference, and the pixel now.
 #[derive(Clone, Copy, Debug)]
@@ -103,11 +103,7 @@ fn residual(
 }
 
 /// Offset of each sighting from the predicted pixel, px; `None` outside the field.
-pub(crate) fn offsets_px(
-    lens: &Lens,
-    turn: &Turn,
-    sightings: &[Sighting],
-) -> Vec<Option<Vector2<f64>>> {
+pub fn offsets_px(lens: &Lens, turn: &Turn, sightings: &[Sighting]) -> Vec<Option<Vector2<f64>>> {
     let rotation = turn.rotation();
     let off = |sighting: &Sighting| {
         let own = Turn { log_focal: turn.log_focal - sighting.log_focal, ..*turn };
@@ -127,7 +123,7 @@ fn median_turn(lens: &Lens, sightings: &[Sighting]) -> Turn {
 }
 
 /// Median of the values, which are reordered; `None` for none.
-pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+pub fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -6,7 +6,6 @@ use crate::{
     fit::{Fit, Sighting, fit},
     level::{Thumb, View},
     measure::FEWEST_FOUND,
-    overlay::Mask,
     patches::{
         COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, FINE_SIDE, Patch, corners, full_px,
         reduced_px,
@@ -17,7 +16,7 @@ use crate::{
 };
 
 /// Standard deviation of a patch without statistics, px.
-pub(crate) const UNKNOWN_SIGMA_PX: f64 = 0.3;
+pub const UNKNOWN_SIGMA_PX: f64 = 0.3;
 /// Standard deviation of a patch of the reduced picture, px of the full-size picture.
 const COARSE_SIGMA_PX: f64 = 1.5;
 
@@ -40,7 +39,7 @@ pub struct Landmark {
 
 impl Landmark {
     /// Centre of the pixel in the reference picture.
-    pub(crate) fn point_px(&self) -> Point2<f64> {
+    pub fn point_px(&self) -> Point2<f64> {
         Point2::from(self.px.map(|px| px as f64))
     }
 }
@@ -61,12 +60,17 @@ pub struct Reference {
 }
 
 /// Sightings of a reference's patches in a picture, each with the patch's index.
-pub(crate) type Found = Vec<(usize, Sighting)>;
+pub type Found = Vec<(usize, Sighting)>;
 
 impl Reference {
-    /// Chooses the patches of a picture, outside `mask`.
-    pub fn of(view: &View, taken_secs: f64, lens: &Lens, mask: &Mask) -> Self {
-        let points = corners(&view.fine, |x, y| mask.covers(x, y));
+    /// Chooses the patches of a picture, outside the pixels that aren't of the scene.
+    pub fn of(
+        view: &View,
+        taken_secs: f64,
+        lens: &Lens,
+        is_masked: impl Fn(u32, u32) -> bool,
+    ) -> Self {
+        let points = corners(&view.fine, is_masked);
         let landmarks = points.into_iter().filter_map(|px| {
             let at = Point2::new(px[0] as f64, px[1] as f64);
             let coarse_px = [at.x, at.y].map(|v| reduced_px(v).round() as i64);
@@ -132,7 +136,7 @@ impl Reference {
     }
 
     /// Searches the sought patches, by index, in the reduced picture, up to 48 px around `start`.
-    pub(crate) fn find_coarsely(
+    pub fn find_coarsely(
         &self,
         view: &View,
         lens: &Lens,
@@ -173,7 +177,7 @@ impl Reference {
     }
 
     /// Turn of the camera by the best shift of the whole thumbnail.
-    pub(crate) fn shifted(&self, view: &View, lens: &Lens) -> Turn {
+    pub fn shifted(&self, view: &View, lens: &Lens) -> Turn {
         best_shift(&self.thumb, &view.thumb).turn(lens)
     }
 

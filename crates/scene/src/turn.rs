@@ -72,7 +72,7 @@ pub struct Turn {
 
 /// Projection of a ray, with the derivative by pan, tilt, roll and log focal ratio.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub struct Seen {
     /// Pixel.
     pub px: Point2<f64>,
     /// d px / d (pan, tilt, roll, log focal).
@@ -86,7 +86,7 @@ impl Turn {
     }
 
     /// Turn that shifts the middle of the picture by `shift_px`, to first order.
-    pub(crate) fn by_shift(lens: &Lens, shift_px: &Vector2<f64>) -> Self {
+    pub fn by_shift(lens: &Lens, shift_px: &Vector2<f64>) -> Self {
         let f = lens.camera.f_px;
         Self { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Self::default() }
     }
@@ -122,7 +122,7 @@ impl Turn {
     }
 
     /// Turn moved by a small step (pan, tilt, roll, log focal) about the current axes.
-    pub(crate) fn stepped(&self, step: &Vector4<f64>) -> Self {
+    pub fn stepped(&self, step: &Vector4<f64>) -> Self {
         self.then(&Self::from_vector(step))
     }
 
@@ -132,7 +132,7 @@ impl Turn {
     }
 
     /// [`Self::project`] with the turn's rotation precomputed.
-    pub(crate) fn project_by(
+    pub fn project_by(
         &self,
         lens: &Lens,
         rotation: &UnitQuaternion<f64>,
@@ -143,7 +143,7 @@ impl Turn {
     }
 
     /// [`Self::project`] with derivatives by a step as in `stepped`.
-    pub(crate) fn see(
+    pub fn see(
         &self,
         lens: &Lens,
         rotation: &UnitQuaternion<f64>,
@@ -179,7 +179,7 @@ pub fn px_per_turn(lens: &Lens) -> Vector4<f64> {
 mod tests {
     use super::*;
 
-    pub(crate) fn wide() -> Lens {
+    pub fn wide() -> Lens {
         let mut camera = Camera::pinhole(439.2, Point2::new(499.9, 274.1));
         camera.distortion.k1 = -0.04;
         Lens::new(camera, None, ImageSize { width_px: 1024, height_px: 768 })

@@ -12,20 +12,21 @@ const LEAST_OVERLAP: f64 = 0.25;
 
 /// Shift of thumbnails, with agreement.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shift {
+pub struct Shift {
     columns: i32,
     rows: i32,
-    pub(crate) score: f64,
+    /// Agreement, at most 1.
+    pub score: f64,
 }
 
 impl Shift {
     /// Turn of the camera that shifts the picture as much.
-    pub(crate) fn turn(self, lens: &Lens) -> Turn {
+    pub fn turn(self, lens: &Lens) -> Turn {
         Turn::by_shift(lens, &self.shift_px(lens))
     }
 
     /// Shift in pixels of the picture.
-    pub(crate) fn shift_px(self, lens: &Lens) -> Vector2<f64> {
+    pub fn shift_px(self, lens: &Lens) -> Vector2<f64> {
         let size = lens.image_size;
         Vector2::new(
             f64::from(self.columns) * f64::from(size.width_px) / THUMB_WIDTH as f64,
@@ -36,7 +37,7 @@ impl Shift {
 
 /// Shift from `from` to `to` with the highest correlation of the overlap, times the root of its
 /// share: a small overlap agrees easily.
-pub(crate) fn best_shift(from: &Thumb, to: &Thumb) -> Shift {
+pub fn best_shift(from: &Thumb, to: &Thumb) -> Shift {
     let (w, h) = (THUMB_WIDTH as i32, THUMB_HEIGHT as i32);
     let (from_squares, to_squares) = (Squares::of(from), Squares::of(to));
     let mut best = Shift { columns: 0, rows: 0, score: f64::NEG_INFINITY };
@@ -102,7 +103,7 @@ impl Squares {
 }
 
 /// Thumbnail turned by `roll_rad` and scaled about the principal point.
-pub(crate) fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> Thumb {
+pub fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> Thumb {
     let size = lens.image_size;
     let cell_px = [
         f64::from(size.width_px) / THUMB_WIDTH as f64,
@@ -124,7 +125,7 @@ pub(crate) fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> T
 }
 
 /// Bilinear interpolation; `None` outside.
-pub(crate) fn bilinear(
+pub fn bilinear(
     x: f64,
     y: f64,
     width: usize,

@@ -16,11 +16,11 @@ pub(crate) const FINE_SIDE: usize = 2 * FINE_HALF + 1;
 /// Half side of a patch in the reduced picture, px.
 pub const COARSE_HALF: usize = 7;
 /// Half side of the search around the prediction, px.
-pub(crate) const FINE_SEARCH: usize = 5;
+pub const FINE_SEARCH: usize = 5;
 /// Half side of the search in the reduced picture; four times as far in the full-size picture.
-pub(crate) const COARSE_SEARCH: usize = 12;
+pub const COARSE_SEARCH: usize = 12;
 /// Columns and rows of cells, each with at most one patch.
-pub(crate) const GRID: [usize; 2] = [14, 10];
+pub const GRID: [usize; 2] = [14, 10];
 /// Minimum mean square of the slope along the weaker direction of a corner, levels per px squared:
 /// noise after levelling stays below.
 const LEAST_CORNER: f32 = 16.0;
@@ -43,7 +43,7 @@ pub struct Patch {
 
 /// Match of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Match {
+pub struct Match {
     /// Centre, px.
     pub px: Point2<f64>,
     /// Normalised correlation, at most 1.
@@ -77,7 +77,7 @@ impl Patch {
 
     /// Finds the patch at most `search` px around `guess`. `None` if the area isn't inside the
     /// picture, nothing there is similar, or only an edge is.
-    pub(crate) fn find(&self, image: &GrayImage, guess: [i64; 2], search: usize) -> Option<Match> {
+    pub fn find(&self, image: &GrayImage, guess: [i64; 2], search: usize) -> Option<Match> {
         let (side, window) = (2 * self.half + 1, 2 * search + 1);
         let area = square(image, guess, self.half + search)?;
         let wide = side + window - 1;
@@ -219,7 +219,7 @@ fn peak(surface: &[f32], window: usize) -> Option<([f32; 2], f32)> {
 }
 
 /// Best corner of each cell of a levelled picture outside `is_masked`: [x, y] in px.
-pub(crate) fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool) -> Vec<[i64; 2]> {
+pub fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool) -> Vec<[i64; 2]> {
     /// Border of the picture: a patch, and its maximum movement.
     const BORDER: usize = FINE_HALF + 12;
     /// Half side of a corner's window, px.
@@ -277,7 +277,7 @@ pub(crate) fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool
 }
 
 /// Cell of a pixel: column and row.
-pub(crate) fn cell_of(px: &Point2<f64>, size: ImageSize) -> [usize; 2] {
+pub fn cell_of(px: &Point2<f64>, size: ImageSize) -> [usize; 2] {
     let cell = |at: f64, parts: usize, length: u32| {
         ((at.max(0.0) * parts as f64 / f64::from(length.max(1))) as usize).min(parts - 1)
     };
@@ -286,13 +286,13 @@ pub(crate) fn cell_of(px: &Point2<f64>, size: ImageSize) -> [usize; 2] {
 
 /// Position in the reduced picture of a point of the full picture: their corners, not centres,
 /// coincide.
-pub(crate) fn reduced_px(px: f64) -> f64 {
+pub fn reduced_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     (px - (n - 1.0) / 2.0) / n
 }
 
 /// Inverse of [`reduced_px`].
-pub(crate) fn full_px(px: f64) -> f64 {
+pub fn full_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     px * n + (n - 1.0) / 2.0
 }

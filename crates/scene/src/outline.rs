@@ -67,7 +67,7 @@ mod tests {
     use image::GrayImage;
 
     use super::*;
-    use crate::{level::View, overlay::Mask};
+    use crate::level::View;
     use boresight_geometry::{Camera, frame::ImageSize};
 
     #[test]
@@ -79,7 +79,7 @@ mod tests {
         });
         let size = ImageSize::of(&grey);
         let lens = Lens::new(Camera::pinhole(300.0, size.centre_px()), None, size);
-        let reference = Reference::of(&View::of(grey), 0.0, &lens, &Mask::default());
+        let reference = Reference::of(&View::of(grey), 0.0, &lens, |_, _| false);
         let away = |v: f64| (v - (v / 24.0).round() * 24.0 + 0.5).abs();
         let still = reference.outline(&lens, &Turn::default());
         assert!(still.len() > 500, "{}", still.len());

@@ -11,18 +11,16 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// Number of references compared with a picture.
-pub const NEAREST: usize = 3;
 /// Minimum number of agreeing patches: an on-screen text gives about eight.
 const FEWEST_INLIERS: usize = 20;
 /// Minimum share of agreeing patches among those found.
-pub(crate) const LEAST_AGREEING: f64 = 0.4;
+pub const LEAST_AGREEING: f64 = 0.4;
 /// Minimum spread of the agreeing patches, as a share of an even spread over the picture.
 const LEAST_SPREAD: f64 = 0.35;
 /// Minimum distance between two motions in one picture, px.
-pub(crate) const APART_PX: f64 = 1.0;
+pub const APART_PX: f64 = 1.0;
 /// Minimum number of patches for a fit.
-pub(crate) const FEWEST_FOUND: usize = 8;
+pub const FEWEST_FOUND: usize = 8;
 
 /// Measurement of a picture.
 #[derive(Clone, Debug)]
@@ -49,13 +47,9 @@ pub struct Measured {
     pub turned_back: Option<Turn>,
 }
 
-/// Why a picture has no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum NoAnswer {
-    /// Nothing stands out from the picture's noise: hardly any light, or hardly any contrast.
-    TooDark,
+/// Why a measurement is no evidence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weak {
     /// Too few patches of the references are in the picture.
     FewFound {
         /// Patches that were found.
@@ -70,85 +64,28 @@ pub enum NoAnswer {
         /// Patches that were found.
         found: u32,
     },
-    /// Patches agree about two different motions.
-    TwoMotions {
-        /// Patches that agree about one.
-        agree: u32,
-        /// Patches that agree about the other.
-        other: u32,
-        /// Share of the picture left out from then on as the camera's own mount, or as text.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        left_out_percent: Option<u32>,
-    },
-    /// What agrees is little of what usually does.
-    LittleSeen {
-        /// Patches that agree.
-        agree: u32,
-        /// Patches that were looked for.
-        of: u32,
-    },
     /// What agrees lies in one corner of the picture only.
     OneCorner,
-    /// The camera shakes too much during a burst.
-    Shakes,
-    /// There are no references yet.
-    NoReferences,
-    /// The picture has another size.
-    OtherSize,
-    /// No picture came.
-    NoPicture,
-    /// No picture came: the camera asks for another user name or password.
-    NotLoggedIn,
-    /// No picture came: the camera isn't reached.
-    NotReached,
-    /// The same picture came again.
-    Frozen,
-    /// The camera looks somewhere between its presets.
-    BetweenPresets,
-    /// The answer's interval reaches beyond the smallest visible change.
-    Unsure,
-    /// Too few answers in a row since the last doubt.
-    Unconfirmed,
-    /// The times of pictures lie ahead, or go back: a clock is wrong.
-    WrongClock,
-}
-
-impl NoAnswer {
-    /// True if a new picture came, with a time that may be true.
-    pub fn is_of_a_picture(self) -> bool {
-        let none = [Self::NoPicture, Self::NotLoggedIn, Self::NotReached, Self::Frozen];
-        self != Self::WrongClock && !none.contains(&self)
-    }
-
-    /// True if looks have no answer until a person mends the cause.
-    pub fn is_for_a_person(self) -> bool {
-        [Self::Frozen, Self::NotLoggedIn, Self::OtherSize].contains(&self)
-    }
-
-    /// True if the picture has an answer, which doesn't vouch for the camera.
-    pub(crate) fn is_of_an_answer(self) -> bool {
-        matches!(self, Self::Unsure | Self::LittleSeen { .. })
-    }
 }
 
 /// Judges a fit.
-pub(crate) fn credible(measured: Option<Measured>, sought: usize) -> Result<Measured, NoAnswer> {
+pub fn credible(measured: Option<Measured>, sought: usize) -> Result<Measured, Weak> {
     let found = measured.as_ref().map_or(0, |m| m.found);
     let agree = measured.as_ref().map_or(0, |m| m.inliers);
     match measured {
         Some(m) if agree >= FEWEST_INLIERS && agree as f64 >= LEAST_AGREEING * found as f64 => {
-            if m.spread > LEAST_SPREAD { Ok(m) } else { Err(NoAnswer::OneCorner) }
+            if m.spread > LEAST_SPREAD { Ok(m) } else { Err(Weak::OneCorner) }
         }
         Some(_) if found >= FEWEST_INLIERS => {
-            Err(NoAnswer::Disagree { agree: agree as u32, found: found as u32 })
+            Err(Weak::Disagree { agree: agree as u32, found: found as u32 })
         }
-        _ => Err(NoAnswer::FewFound { found: found as u32, of: sought as u32 }),
+        _ => Err(Weak::FewFound { found: found as u32, of: sought as u32 }),
     }
 }
 
 /// Number of sightings that agree about a motion at least `apart_px` from `turn`, if they are at
 /// least `fewest` and spread.
-pub(crate) fn motion_besides(
+pub fn motion_besides(
     (turn, lens): (&Turn, &Lens),
     sightings: &[Sighting],
     fewest: usize,
@@ -169,7 +106,7 @@ pub(crate) fn motion_besides(
 
 /// Smaller standard deviation of the sightings along x and y, as a share of an even spread's.
 /// Pictures are wide and horizons flat, so y counts two and a half times.
-pub(crate) fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f64 {
+pub fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f64 {
     const FLAT_HORIZON: f64 = 2.5;
     let total: f64 = weights.iter().sum();
     if total < 1.0 {
@@ -202,7 +139,7 @@ pub struct Causes {
 
 impl Measured {
     /// Fit of tagged sightings, without the lens's own error. `None` for too few.
-    pub(crate) fn of(
+    pub fn of(
         lens: &Lens,
         sought: usize,
         tagged: impl Iterator<Item = ((usize, usize), Sighting)>,
@@ -227,13 +164,13 @@ impl Measured {
     }
 
     /// Tags and sightings of the patches that agree with the turn.
-    pub(crate) fn agreeing(&self) -> impl Iterator<Item = ((usize, usize), &Sighting)> {
+    pub fn agreeing(&self) -> impl Iterator<Item = ((usize, usize), &Sighting)> {
         let seen = self.tags.iter().zip(&self.sightings).zip(&self.weights);
         seen.filter(|(_, weight)| **weight > AGREES).map(|((tag, sighting), _)| (*tag, sighting))
     }
 
     /// Cells of a picture of `size` with a patch that agrees with the turn.
-    pub(crate) fn agreeing_cells(&self, size: ImageSize) -> BTreeSet<[usize; 2]> {
+    pub fn agreeing_cells(&self, size: ImageSize) -> BTreeSet<[usize; 2]> {
         self.agreeing().map(|(_, sighting)| cell_of(&sighting.px, size)).collect()
     }
 
@@ -248,7 +185,7 @@ impl Measured {
 
     /// Fit of a shifted picture, as by a knocked lens, with the shift as a turn in the picture's
     /// middle. Unchanged if most sightings agree with the turn, or no more with the shift.
-    pub(crate) fn or_shifted(self, lens: &Lens) -> Self {
+    pub fn or_shifted(self, lens: &Lens) -> Self {
         let is_majority = 2 * self.inliers > self.found;
         if is_majority {
             return self;

@@ -7,7 +7,7 @@ use nalgebra::Point2;
 use crate::fit::SIGMA_OF_MEDIAN;
 
 /// Level of a pixel equal to the local mean.
-pub(crate) const MEAN_LEVEL: u8 = 127;
+pub const MEAN_LEVEL: u8 = 127;
 /// Levels per local standard deviation: three deviations stay within 8 bits.
 const LEVELS_PER_DEVIATION: f32 = 42.0;
 /// Term added to the local deviation, in grey levels, to keep noise in flat areas small.
@@ -16,11 +16,11 @@ const LEAST_DEVIATION: f32 = 5.0;
 const FINE_SIGMA_PX: f32 = 6.0;
 const COARSE_SIGMA_PX: f32 = 4.0;
 /// Reduction of the coarse picture.
-pub(crate) const COARSE: u32 = 4;
+pub const COARSE: u32 = 4;
 /// Size of the thumbnail for comparing pictures.
-pub(crate) const THUMB_WIDTH: usize = 64;
+pub const THUMB_WIDTH: usize = 64;
 /// See [`THUMB_WIDTH`].
-pub(crate) const THUMB_HEIGHT: usize = 48;
+pub const THUMB_HEIGHT: usize = 48;
 
 /// Minimum contrast of a scene, in standard deviations of a pixel's noise.
 const SEEN: f64 = 3.0;
@@ -80,7 +80,7 @@ impl Thumb {
     }
 
     /// Scales `values` to unit norm; zeros stay.
-    pub(crate) fn normalized(mut values: Vec<f32>) -> Self {
+    pub fn normalized(mut values: Vec<f32>) -> Self {
         let norm = values.iter().map(|v| v * v).sum::<f32>().sqrt() + 1e-9;
         for value in &mut values {
             *value /= norm;
@@ -101,7 +101,7 @@ impl Thumb {
     }
 
     /// Thumbnail of the pixels of a picture of `size` for which `counts`; the others are level.
-    pub(crate) fn only(&self, size: ImageSize, counts: impl Fn(&Point2<f64>) -> bool) -> Self {
+    pub fn only(&self, size: ImageSize, counts: impl Fn(&Point2<f64>) -> bool) -> Self {
         let [wide_px, high_px] = [
             f64::from(size.width_px) / THUMB_WIDTH as f64,
             f64::from(size.height_px) / THUMB_HEIGHT as f64,

@@ -1,0 +1,48 @@
+//! Pictures of a scene that stands still, compared through the lens.
+//!
+//! ```text
+//! picture ─ level ─▶ View ─ reference ─▶ patches ─ find ─▶ sightings ─ fit ─▶ Turn
+//!              another View ────────────────────┘
+//! ```
+//!
+//! Boards aren't needed: patches of one picture are found in another by normalised correlation,
+//! and their majority tells by how much the camera turned and its focal length changed. Nothing
+//! here reads a clock, a file, or another thread. The formulas are in `docs/method.md`, section 8.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `level` | a picture with levelled local brightness and contrast, in three sizes |
+//! | `patches`, `reference` | patches at corners, found by normalised correlation |
+//! | `texture` | sharpness and contrast of a patch |
+//! | `shift` | the shift between two thumbnails |
+//! | `turn`, `fit` | pan, tilt, roll, focal ratio through any lens model; the robust fit |
+//! | `outline` | edges to draw over a live picture |
+//! | `measure` | turn of a picture since its references, and whether it is evidence |
+#![forbid(unsafe_code)]
+
+mod fit;
+mod level;
+mod measure;
+mod outline;
+mod patches;
+mod reference;
+mod shift;
+mod texture;
+mod turn;
+
+pub use fit::{
+    AGREES, Fit, SHARED, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance, median, offsets_px,
+};
+pub use level::{COARSE, MEAN_LEVEL, THUMB_HEIGHT, THUMB_WIDTH, Thumb, View};
+pub use measure::{
+    APART_PX, Causes, FEWEST_FOUND, LEAST_AGREEING, Measured, Weak, credible, motion_besides,
+    spread,
+};
+pub use patches::{
+    COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, GRID, Patch, cell_of, corners, full_px,
+    reduced_px,
+};
+pub use reference::{Found, Landmark, Reference, UNKNOWN_SIGMA_PX};
+pub use shift::{Shift, best_shift, bilinear, turned};
+pub use texture::Texture;
+pub use turn::{Lens, Turn, px_per_turn};
