@@ -4,7 +4,7 @@ use boresight::{
     calibration::{
         Calibration, CalibrationParams, FindingCode, Focal, KnownLens, NotHeld, Verdict, calibrate,
     },
-    geometry::{Camera, Corner, Distortion},
+    geometry::{Camera, Corner, Distortion, frame::SceneScale},
 };
 
 use crate::trust::{SIZE, Scene, board, px};
@@ -91,6 +91,28 @@ fn a_focus_that_moved_is_noticed_and_varies_on_request() {
     assert_ne!(asked.verdict, Verdict::Untrustworthy, "{:?}", asked.findings);
     assert!(matches!(asked.focal, Focal::Varying { .. }));
     assert_eq!(Some(asked.camera.pp_px), asked.principal_point.free_homography.map(|pp| pp.px));
+}
+
+#[test]
+fn the_scene_behind_the_board_decides_about_a_moved_focus() {
+    let factors = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.03, 1.03, 1.03, 1.03, 1.03, 1.03];
+    let views = views_with(&mut Scene::ordinary(7), &factors);
+    let with = |scene: Vec<Option<SceneScale>>| {
+        let params = CalibrationParams { scene, ..CalibrationParams::default() };
+        let found = calibrate(&views, &board(), SIZE, &params).expect("calibrates");
+        let codes: Vec<&str> = found.findings.iter().map(|it| it.code.code()).collect();
+        (found.verdict, codes.contains(&"FOCUS-MOVED"), codes.contains(&"SCENE-STILL"))
+    };
+    let scale = |log_focal| Some(SceneScale { log_focal, sd: 4e-4 });
+    let follows = factors.iter().map(|factor: &f64| scale(factor.ln())).collect();
+    assert_eq!(with(follows), (Verdict::Untrustworthy, true, false));
+    assert_eq!(with(Vec::new()), (Verdict::Untrustworthy, true, false));
+    let (verdict, moved, still) = with(vec![scale(0.0); 12]);
+    assert_ne!(verdict, Verdict::Untrustworthy);
+    assert_eq!((moved, still), (false, true));
+    // Pictures of one half tell nothing about a change between halves.
+    let half = (0..12).map(|view| scale(0.0).filter(|_| view < 6)).collect();
+    assert_eq!(with(half), (Verdict::Untrustworthy, true, false));
 }
 
 #[test]

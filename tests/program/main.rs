@@ -40,6 +40,7 @@ mod release;
 mod report;
 mod rig;
 mod saved_session;
+mod scene;
 mod schemas;
 mod target;
 #[cfg(unix)]

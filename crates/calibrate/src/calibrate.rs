@@ -116,6 +116,8 @@ pub fn calibrate(
         return Ok(given.calibrate(views, &observations)?.0);
     };
     let kept = repeats.without(views);
+    let params = &CalibrationParams { scene: repeats.scene(&params.scene), ..params.clone() };
+    let given = Given { params, ..given };
     let (found, correction) = self::observations(&kept, &board_m, params.threads)
         .and_then(|observations| given.calibrate(&kept, &observations))
         .map_err(|reason| match reason {

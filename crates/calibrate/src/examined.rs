@@ -64,7 +64,9 @@ impl Examined {
         Self {
             correlation: richest.and_then(|it| noise_correlation(&inputs.observations, it)),
             print_errors: richest.and_then(|it| print_errors(&inputs.observations, it)),
-            causes: shared.map(|(derivatives, _)| NamedCauses::of(&derivatives, noise_floor)),
+            causes: shared.map(|(derivatives, _)| {
+                NamedCauses::of(&derivatives, noise_floor, &inputs.params.scene)
+            }),
             of_shared,
             overcount,
         }

@@ -1,3 +1,5 @@
+use boresight_geometry::frame::SceneScale;
+
 use super::{acceptance::AcceptanceGoal, known_lens::KnownLens, solve::lens_model::LensModel};
 
 /// Settings of a calibration.
@@ -26,6 +28,9 @@ pub struct CalibrationParams {
     /// Earlier calibration of the same, untouched lens. The result is held to it as far as the two
     /// agree.
     pub known_lens: Option<KnownLens>,
+    /// Focal length of each view by the scene behind the board, if known: it vetoes or confirms a
+    /// focal length that differs between views. Empty without pictures.
+    pub scene: Vec<Option<SceneScale>>,
     /// Number of threads for many views. Doesn't affect the result.
     pub threads: usize,
 }
@@ -46,6 +51,7 @@ impl Default for CalibrationParams {
             board_scale_sd: BOARD_SCALE_SD,
             noise_floor_px: None,
             known_lens: None,
+            scene: Vec::new(),
             threads: 1,
         }
     }
@@ -108,6 +114,16 @@ pub enum NotCalibrated {
 
 impl NotCalibrated {
     /// Stable name, for files and programs.
+    ///
+    /// ```
+    /// # use boresight_calibrate::{CalibrationParams, calibrate};
+    /// # use boresight_geometry::{boards::Board, frame::ImageSize};
+    /// let board = Board::new(9, 6, 0.025)?;
+    /// let size = ImageSize { width_px: 1280, height_px: 720 };
+    /// let without_views = calibrate(&[], &board, size, &CalibrationParams::default());
+    /// assert_eq!(without_views.err().map(|reason| reason.code()), Some("NO-VIEWS"));
+    /// # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
+    /// ```
     pub fn code(&self) -> &'static str {
         match self {
             Self::NoViews => "NO-VIEWS",

@@ -9,7 +9,13 @@ use std::borrow::Cow;
 use nalgebra::Point2;
 
 use super::{causes::Correction, result::Calibration, solve::initial_guess::first_alike};
-use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize, seen_count};
+use boresight_geometry::{
+    Corner,
+    boards::Board,
+    fit_pose,
+    frame::{ImageSize, SceneScale},
+    seen_count,
+};
 
 /// Root mean square difference of two views' corners below which both show the same held pose, as a
 /// fraction of the picture's width: 1.3 px at 1280.
@@ -37,6 +43,11 @@ impl Repeats {
     /// Views without repeats.
     pub(super) fn without(&self, views: &[Vec<Corner>]) -> Vec<Vec<Corner>> {
         self.kept.iter().map(|index| views[*index].clone()).collect()
+    }
+
+    /// Scales of the scene in the kept views.
+    pub(super) fn scene(&self, scene: &[Option<SceneScale>]) -> Vec<Option<SceneScale>> {
+        self.kept.iter().map(|index| scene.get(*index).copied().flatten()).collect()
     }
 
     /// Index of a view among all, from the place among the kept views.

@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2};
 use super::{
     acceptance::Acceptance,
     check::{
-        finding::{Finding, Verdict},
+        finding::{Finding, FindingCode, Verdict},
         projection_sd::{ProjectionSd, ValidArea},
     },
     solve::{lens_model::LensModel, model_choice::ModelFit},
@@ -150,6 +150,18 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// True if a focal length seems to differ between views, alone or as one of several causes: the
+    /// scene behind the board can tell, see [`CalibrationParams::scene`](crate::CalibrationParams).
+    pub fn asks_for_scene(&self) -> bool {
+        let codes = ["FOCUS-MOVED", "VIEWS-MIXED"];
+        self.findings.iter().any(|finding| match &finding.code {
+            FindingCode::CauseUnclear { candidates, .. } => {
+                candidates.iter().flatten().any(|code| codes.contains(code))
+            }
+            code => codes.contains(&code.code()),
+        })
+    }
+
     /// Longer side of the pictures, in pixels: a ray displaced by more is in none of them.
     pub(crate) fn longer_side_px(&self) -> f64 {
         f64::from(self.image_size.width_px.max(self.image_size.height_px))

@@ -25,6 +25,12 @@ pub struct CaptureTime {
 
 impl CaptureTime {
     /// Seconds from `earlier` to `self`; negative if `earlier` is in fact later.
+    ///
+    /// ```
+    /// # use boresight_geometry::frame::CaptureTime;
+    /// let [first, second] = [0, 33_000_000].map(|nanos| CaptureTime { nanos });
+    /// assert_eq!(second.secs_since(first), 0.033);
+    /// ```
     pub fn secs_since(self, earlier: Self) -> f64 {
         if self.nanos >= earlier.nanos {
             (self.nanos - earlier.nanos) as f64 * 1e-9
@@ -54,6 +60,15 @@ pub struct ImageSize {
 
 impl ImageSize {
     /// Centre of the picture in pixels; (0, 0) is the *centre* of the top-left pixel.
+    ///
+    /// ```
+    /// # use boresight_geometry::frame::ImageSize;
+    /// # use nalgebra::Point2;
+    /// // (0, 0) is the centre of the first pixel.
+    /// let size = ImageSize { width_px: 1280, height_px: 720 };
+    /// assert_eq!(size.centre_px(), Point2::new(639.5, 359.5));
+    /// assert!(size.contains(&Point2::new(0.0, 719.0)));
+    /// ```
     pub fn centre_px(self) -> Point2<f64> {
         Point2::new((f64::from(self.width_px) - 1.0) / 2.0, (f64::from(self.height_px) - 1.0) / 2.0)
     }
@@ -75,6 +90,16 @@ impl fmt::Display for ImageSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.width_px, self.height_px)
     }
+}
+
+/// Focal length of a picture by the scene behind the board, relative to another picture of a camera
+/// that stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneScale {
+    /// Logarithm of the ratio of the focal lengths.
+    pub log_focal: f64,
+    /// Standard deviation.
+    pub sd: f64,
 }
 
 /// Picture with number, time and kind.

@@ -16,6 +16,7 @@
 //! | `texture` | sharpness and contrast of a patch |
 //! | `shift` | the shift between two thumbnails |
 //! | `turn`, `fit` | pan, tilt, roll, focal ratio through any lens model; the robust fit |
+//! | `still` | the scale of the scene behind a board, as a witness of the focal length |
 //! | `outline` | edges to draw over a live picture |
 //! | `measure` | turn of a picture since its references, and whether it is evidence |
 #![forbid(unsafe_code)]
@@ -27,6 +28,7 @@ mod outline;
 mod patches;
 mod reference;
 mod shift;
+mod still;
 mod texture;
 mod turn;
 
@@ -44,5 +46,6 @@ pub use patches::{
 };
 pub use reference::{Found, Landmark, Reference, UNKNOWN_SIGMA_PX};
 pub use shift::{Shift, best_shift, bilinear, turned};
+pub use still::{WithBoard, scene_scales};
 pub use texture::Texture;
 pub use turn::{Lens, Turn, px_per_turn};

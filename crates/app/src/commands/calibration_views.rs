@@ -10,7 +10,10 @@ use anyhow::{Context, anyhow, bail};
 use super::json::DetectedLine;
 #[cfg(feature = "report")]
 use crate::session::report::picture_beside;
-use crate::{Announcer, SavedSession, cores, session::result};
+use crate::{
+    Announcer, SavedSession, cores,
+    session::{result, scene},
+};
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_capture::{CaptureError, Upright, read_picture_turned};
 use boresight_detect::agreed;
@@ -20,7 +23,7 @@ use boresight_geometry::{
     Corner,
     boards::{Board, BoardChoice},
     expect_unseen,
-    frame::ImageSize,
+    frame::{ImageSize, SceneScale},
     seen_count,
 };
 use boresight_guide::session::Session;
@@ -45,6 +48,10 @@ pub struct CalibrationViews {
     pub names: Vec<ViewName>,
     /// Thumbnails of the used pictures, if requested and available.
     pub pictures: Vec<Option<Thumbnail>>,
+    /// Files of the used pictures, with their orientation; none if unknown.
+    pub files: (Vec<PathBuf>, Upright),
+    /// Focal length of each used picture by the scene behind the board, if recorded.
+    pub scene: Vec<Option<SceneScale>>,
     /// Board on which the pictures agree that none of them shows the named one.
     pub instead: Option<BoardChoice>,
 }
@@ -82,6 +89,8 @@ impl CalibrationViews {
             corners: Vec::new(),
             names: Vec::new(),
             pictures: Vec::new(),
+            files: (Vec::new(), Upright::AsStored),
+            scene: Vec::new(),
             instead: None,
         };
         let board_m = board.corners_in_board_m();
@@ -124,6 +133,8 @@ impl CalibrationViews {
     ) -> Result<Calibration, NotCalibrated> {
         let most_left_out = self.corners.len() / LEFT_OUT_OF;
         for left_out in 0.. {
+            let scene = self.scene.clone();
+            let params = &CalibrationParams { scene, ..params.clone() };
             let result = calibrate(&self.corners, board, self.image_size, params);
             let view = match result {
                 Err(NotCalibrated::NoHomography { view } | NotCalibrated::NoGrid { view })
@@ -131,11 +142,17 @@ impl CalibrationViews {
                 {
                     view
                 }
-                result => return result,
+                result => return self.with_scene(result?, board, params, announcer),
             };
             self.corners.remove(view);
             if view < self.pictures.len() {
                 self.pictures.remove(view);
+            }
+            if view < self.files.0.len() {
+                self.files.0.remove(view);
+            }
+            if view < self.scene.len() {
+                self.scene.remove(view);
             }
             let used = self.names.iter_mut().filter(|name| name.reason.is_none());
             if let Some(name) = used.into_iter().nth(view) {
@@ -144,6 +161,33 @@ impl CalibrationViews {
             }
         }
         Err(NotCalibrated::NoViews)
+    }
+
+    /// Calibration with the scene behind the board as a witness, if `found` without it asks for one
+    /// and there are pictures.
+    fn with_scene(
+        &self,
+        found: Calibration,
+        board: &Board,
+        params: &CalibrationParams,
+        announcer: &Announcer,
+    ) -> Result<Calibration, NotCalibrated> {
+        let (files, upright) = (&self.files.0, self.files.1);
+        let is_known = !self.scene.is_empty() || files.len() != self.corners.len();
+        if is_known || !found.asks_for_scene() {
+            return Ok(found);
+        }
+        announcer.say(text::session_news::ASKS_SCENE);
+        let scene = scene::of_pictures((files, upright), &self.corners, &found);
+        if scene.iter().all(Option::is_none) {
+            return Ok(found);
+        }
+        calibrate(
+            &self.corners,
+            board,
+            self.image_size,
+            &CalibrationParams { scene, ..params.clone() },
+        )
     }
 
     /// Calibrates as [`Self::calibrated`], with the file of the result. Views of `session` make it
@@ -191,7 +235,8 @@ pub struct SessionViews {
 pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<SessionViews> {
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
-    let (views, noise_floor_px) = of_session(&saved.session, &saved.header.config.board()?);
+    let (mut views, noise_floor_px) = of_session(&saved.session, &saved.header.config.board()?);
+    views.files.0 = scene::stored_pictures(path, &saved.session);
     Ok(SessionViews { views, noise_floor_px, saved })
 }
 
@@ -201,6 +246,7 @@ pub fn of_session(session: &Session, board: &Board) -> (CalibrationViews, Option
     let taken = session.accepted().iter().zip(corners);
     let given = taken.map(|(taken, corners)| (taken.picture_name(), Ok(corners.clone())));
     let mut views = CalibrationViews::of(given, session.setup().image_size, board);
+    views.scene = session.scene();
     for (view, taken) in views.names.iter_mut().zip(session.accepted()) {
         view.number = result::view_name(taken).number;
     }
@@ -306,6 +352,8 @@ pub fn from_pictures(
         corners: Vec::new(),
         names: Vec::new(),
         pictures: Vec::new(),
+        files: (Vec::new(), upright),
+        scene: Vec::new(),
         instead: None,
     };
     let mut misses = Vec::new();
@@ -339,7 +387,10 @@ pub fn from_pictures(
         let reason = corners.as_ref().err().cloned();
         match &reason {
             Some(reason) => announcer.say(&format!("{name}: not used. {reason}")),
-            None => views.pictures.push(read.and_then(|(_, thumbnail)| thumbnail)),
+            None => {
+                views.pictures.push(read.and_then(|(_, thumbnail)| thumbnail));
+                views.files.0.push(path.clone());
+            }
         }
         views.names.push(ViewName { name, number: None, reason });
         views.corners.extend(corners);

@@ -10,6 +10,7 @@
 //! | `rig_run`, `rig_guide` | sessions of several cameras, led to common places |
 //! | `rig_result` | result of several cameras |
 //! | `result`, `verdict` | result: file, sentences and exit status |
+//! | `scene` | the scene behind the board, as a witness of the focal length |
 //! | `comparison` | new views against an older calibration |
 //! | `board_from_code` | the board named by a code in its margin |
 //! | `report`, `session_report`, `certificate` | HTML report of a calibration file or a session folder |
@@ -37,6 +38,7 @@ pub mod rig_result;
 pub mod rig_run;
 pub mod run;
 mod saved_session;
+pub(crate) mod scene;
 pub mod session_folders;
 mod session_metrics;
 #[cfg(feature = "report")]

@@ -17,6 +17,7 @@ use crate::{
         camera_announcer::CameraAnnouncer,
         comparison::{self, Compared},
         result::{Conclusion, conclude, save_result},
+        scene,
         source::OpenSource,
         truth,
     },
@@ -276,6 +277,7 @@ impl FinishedRun {
     /// comparison is announced.
     pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
         let Self { session, path, truth, first_frame, unseen } = self;
+        let session = scene::asked(&path, session, announcer)?;
         let header = SessionFolder::header(&path)?;
         let Conclusion { exit, result } = conclude(&session, &header, announcer);
         if session.accepted().is_empty() && unseen > 0 {

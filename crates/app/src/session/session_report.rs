@@ -385,7 +385,11 @@ fn history<E>(lines: impl Iterator<Item = Result<Line, E>>) -> Result<History, E
                     change(what);
                 }
             }
-            Input::Command(_) | Input::Led(_) | Input::SourceEnded | Input::Stop => {}
+            Input::Command(_)
+            | Input::Led(_)
+            | Input::Scene(_)
+            | Input::SourceEnded
+            | Input::Stop => {}
         }
     }
     let mut refused: Vec<Refused> = counts

@@ -3,13 +3,10 @@
 use super::{
     explanations::Explanation,
     judge::{Named, Verdicts},
-    kinds::{Kind, Scope},
+    kinds::{Kind, MAX_CHANGE, Scope},
+    witness::Vetoed,
 };
 use crate::check::finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity};
-
-/// Change of the camera between views above which one lens is no result, relative to half the
-/// picture: 3 px at 1000 px from the principal point.
-const MAX_CHANGE: f64 = 0.003;
 
 /// Findings of named causes that nothing corrects. A moved focus or a second camera, named alone,
 /// rules the lens out; a camera that otherwise changes from picture to picture limits its use. The
@@ -47,7 +44,11 @@ pub(super) fn of_verdicts(
         let code = FindingCode::CauseUnclear { candidates, sigmas: named.sigmas };
         Finding { code, severity }
     };
-    causes.named.iter().map(finding).collect()
+    let vetoed = causes.vetoed.map(|Vetoed { change, allowed }| Finding {
+        code: FindingCode::SceneStill { change, allowed },
+        severity: Severity::Info,
+    });
+    causes.named.iter().map(finding).chain(vetoed).collect()
 }
 
 /// Finding of a corrected cause; the bound includes its doubt.

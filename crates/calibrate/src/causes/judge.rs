@@ -1,5 +1,6 @@
 //! Names what differs from view to view, and what else the views share.
 
+use boresight_geometry::frame::SceneScale;
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -9,6 +10,7 @@ use super::{
     kinds::{Family, Kind, SMOOTH, Scope},
     model::{Fit, Shared},
     two_cameras::{TwoCameras, two_cameras},
+    witness::{Testimony, Vetoed, testimony},
 };
 
 /// Rounds in which lens and smooth effects of the views are fitted in turn.
@@ -47,19 +49,26 @@ pub(super) struct Named {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Verdicts {
     pub(super) named: Vec<Named>,
+    /// Change of the focal length that would have been named, but for the scene.
+    pub(super) vetoed: Option<Vetoed>,
     /// Least named relative change of the focal length from the first view to the last. `None` if
     /// there are too few views.
     pub(super) visible_drift: Option<f64>,
 }
 
 impl Verdicts {
-    /// Verdicts at the minimum of the bundle behind `derivatives`. The noise of a corner is at
-    /// least `noise_floor` times the stated error.
-    pub(super) fn of(derivatives: &Derivatives<'_>, noise_floor: f64) -> Self {
+    /// Verdicts at the minimum of the bundle behind `derivatives`, with the `scene` of each view as
+    /// a witness. The noise of a corner is at least `noise_floor` times the stated error.
+    pub(super) fn of(
+        derivatives: &Derivatives<'_>,
+        noise_floor: f64,
+        scene: &[Option<SceneScale>],
+    ) -> Self {
         if derivatives.of_views.len() < LEAST_VIEWS {
             return Self::default();
         }
-        Judge::of(derivatives, noise_floor).and_then(|judge| judge.verdicts()).unwrap_or_default()
+        let judge = Judge::of(derivatives, noise_floor, scene);
+        judge.and_then(|judge| judge.verdicts()).unwrap_or_default()
     }
 }
 
@@ -73,10 +82,22 @@ struct Evidence {
     values: Vec<f64>,
     /// See [`Named::course`].
     course: Vec<f64>,
+    /// What the scene says about it.
+    said: Testimony,
+}
+
+impl Evidence {
+    /// The change of the focal length, if the scene vetoes it.
+    fn vetoed(&self) -> Option<Vetoed> {
+        let Testimony::Vetoed { allowed } = self.said else { return None };
+        let change = libm::expm1(self.values.first().copied().unwrap_or_default());
+        Some(Vetoed { change, allowed })
+    }
 }
 
 struct Judge<'a> {
     derivatives: &'a Derivatives<'a>,
+    scene: &'a [Option<SceneScale>],
     whitened: Whitened,
     /// Every cause that all views share.
     every: Vec<Kind>,
@@ -91,7 +112,11 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn of(derivatives: &'a Derivatives<'a>, noise_floor: f64) -> Option<Self> {
+    fn of(
+        derivatives: &'a Derivatives<'a>,
+        noise_floor: f64,
+        scene: &'a [Option<SceneScale>],
+    ) -> Option<Self> {
         let coordinates: Vec<f64> = (0..derivatives.of_views.len())
             .map(|view| 2.0 * derivatives.observations.view(view).len() as f64)
             .collect();
@@ -118,7 +143,7 @@ impl<'a> Judge<'a> {
         let (smooth, fit) = settled?;
         let left_out = fit.left_out()?;
         let predicted = with_log_determinant(fit.predicted(&left_out), &smooth);
-        Some(Self { derivatives, whitened, every, smooth, pull, fit, left_out, predicted })
+        Some(Self { derivatives, scene, whitened, every, smooth, pull, fit, left_out, predicted })
     }
 }
 
@@ -134,8 +159,18 @@ impl Judge<'_> {
             .and_then(|it| Some(it.size.as_ref()?.covariance[(0, 0)].sqrt()))
             .zip(visible(self.predicted.len(), COURSE_SIGMAS, COURSES))
             .map(|(sd, sigmas)| sd * sigmas);
-        named.extend(self.between_views(courses)?);
-        Some(Verdicts { named, visible_drift })
+        let effects = self.effects()?;
+        let between = self.between_views(&courses, &effects, |_| true);
+        let all = || courses.iter().chain(&effects);
+        let vetoed = between.iter().find_map(|it| {
+            let is_named = |kind| it.kind == kind || it.rivals.contains(&kind);
+            all().filter(|it| is_named(it.kind)).find_map(Evidence::vetoed)
+        });
+        named.extend(match vetoed {
+            Some(_) => self.between_views(&courses, &effects, |it| it.vetoed().is_none()),
+            None => between,
+        });
+        Some(Verdicts { named, vetoed, visible_drift })
     }
 
     /// A cause that all views share, if it stands out from its scatter and predicts views that it
@@ -218,7 +253,11 @@ impl Judge<'_> {
     ) -> Evidence {
         let gains: Vec<f64> = self.predicted.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let gain = Gain::of(&gains);
-        Evidence { kind, size, gains, gain, values, course }
+        let said = match (kind.row().family, values.first()) {
+            (Family::Focus | Family::Mixed, Some(size)) => testimony(self.scene, *size, &course),
+            _ => Testimony::Silent,
+        };
+        Evidence { kind, size, gains, gain, values, course, said }
     }
 
     /// First view of the jump of the focal length that gains most, from one fit.
@@ -252,27 +291,37 @@ impl Judge<'_> {
         best.map(|(_, view)| view)
     }
 
-    /// What differs from view to view: the best course of the focal length, or the best effect
-    /// with all rivals that it doesn't lead.
-    fn between_views(&self, courses: Vec<Evidence>) -> Option<Vec<Named>> {
+    /// Effects that each view or each group of views has by itself.
+    fn effects(&self) -> Option<Vec<Evidence>> {
+        let own = Kind::OWN.into_iter().map(|kind| self.own_effect(kind));
+        self.two_cameras().map(Some).into_iter().chain(own).collect()
+    }
+
+    /// What differs from view to view, of what `counts`: the best course of the focal length, or
+    /// the best effect with all rivals that it doesn't lead. An effect that the scene confirms
+    /// leads all.
+    fn between_views(
+        &self,
+        courses: &[Evidence],
+        effects: &[Evidence],
+        counts: impl Fn(&Evidence) -> bool,
+    ) -> Vec<Named> {
         let sigmas = |evidence: &Evidence| evidence.size.as_ref().map_or(0.0, |size| size.sigmas);
-        let is_course = |it: &Evidence| sigmas(it) > COURSE_SIGMAS && it.gain.sum > COURSE_GAIN;
+        let is_course =
+            |it: &&Evidence| counts(it) && sigmas(it) > COURSE_SIGMAS && it.gain.sum > COURSE_GAIN;
         let course =
-            courses.into_iter().filter(is_course).max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)));
-        let mut effects: Vec<Evidence> = Vec::new();
-        effects.extend(self.two_cameras());
-        for kind in Kind::OWN {
-            effects.push(self.own_effect(kind)?);
-        }
-        let predicts = |it: &Evidence| {
-            it.gain.sum > PREDICTED
+            courses.iter().filter(is_course).max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)));
+        let predicts = |it: &&Evidence| {
+            counts(it)
+                && it.gain.sum > PREDICTED
                 && it.gain.sigmas > least_sigmas(self.predicted.len())
                 && (it.kind != Kind::Mixed || sigmas(it) > GROUPS_SIGMAS)
         };
+        let leads = |it: &Evidence| it.said == Testimony::Confirmed;
         let best = effects
             .iter()
-            .filter(|it| predicts(it))
-            .max_by(|a, b| a.gain.sum.total_cmp(&b.gain.sum))
+            .filter(predicts)
+            .max_by(|a, b| leads(a).cmp(&leads(b)).then(a.gain.sum.total_cmp(&b.gain.sum)))
             .filter(|best| course.is_none() || best.kind.row().family != Family::Focus);
         let rivals = |best: &Evidence| -> Vec<Kind> {
             let hides_shutter = self.hides_shutter();
@@ -282,7 +331,8 @@ impl Judge<'_> {
             };
             let is_rival = |it: &&Evidence| {
                 let is_hidden = hides_shutter && it.kind == Kind::RollingShutter;
-                it.kind.row().family != best.kind.row().family && (is_hidden || is_close(it))
+                let is_other = it.kind.row().family != best.kind.row().family;
+                is_other && counts(it) && !leads(best) && (is_hidden || is_close(it))
             };
             effects.iter().filter(is_rival).map(|it| it.kind).collect()
         };
@@ -293,10 +343,8 @@ impl Judge<'_> {
             rivals,
             course: it.course.clone(),
         };
-        let mut all = Vec::new();
-        all.extend(course.as_ref().map(|it| named(it, Vec::new())));
-        all.extend(best.map(|it| named(it, rivals(it))));
-        Some(all)
+        let course = course.map(|it| named(it, Vec::new()));
+        course.into_iter().chain(best.map(|it| named(it, rivals(it)))).collect()
     }
 
     /// True if in most views the error common to all corners exceeds their own noise: what is left

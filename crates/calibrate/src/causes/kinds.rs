@@ -77,6 +77,10 @@ pub(super) struct Row {
     pub(super) against: f64,
 }
 
+/// Change of the camera between views above which one lens is no result, relative to half the
+/// picture: 3 px at 1000 px from the principal point.
+pub(super) const MAX_CHANGE: f64 = 0.003;
+
 /// Prior size of stretched or skewed pixels or squares.
 const STRETCH_SD: f64 = 1e-3;
 /// Prior sizes of a bend, relative to half the board: 1 mm of 10 cm.

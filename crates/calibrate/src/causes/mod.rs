@@ -22,8 +22,9 @@ mod judge;
 mod kinds;
 mod model;
 mod two_cameras;
+mod witness;
 
-use boresight_geometry::{Camera, LensMatrix};
+use boresight_geometry::{Camera, LensMatrix, frame::SceneScale};
 use columns::half_board_m;
 use explanations::Explanations;
 use judge::Verdicts;
@@ -77,9 +78,14 @@ pub(crate) struct NamedCauses {
 }
 
 impl NamedCauses {
-    /// Causes at the minimum of the bundle behind `derivatives`.
-    pub(crate) fn of(derivatives: &Derivatives<'_>, noise_floor: f64) -> Self {
-        let verdicts = Verdicts::of(derivatives, noise_floor);
+    /// Causes at the minimum of the bundle behind `derivatives`, with the scene of each view as a
+    /// witness.
+    pub(crate) fn of(
+        derivatives: &Derivatives<'_>,
+        noise_floor: f64,
+        scene: &[Option<SceneScale>],
+    ) -> Self {
+        let verdicts = Verdicts::of(derivatives, noise_floor, scene);
         let half_width_px = 0.5 * f64::from(derivatives.image_size.width_px);
         let depth_m = half_board_m(derivatives.observations);
         let findings = findings::of_verdicts(&verdicts, depth_m, half_width_px);

@@ -198,6 +198,14 @@ pub enum FindingCode {
         /// Kind of motion.
         motion: FocusMotion,
     },
+    /// A focal length that seemed to change between views, and a scene behind the board that kept
+    /// its scale.
+    SceneStill {
+        /// Relative change that the views suggest.
+        change: f64,
+        /// Largest relative change that the scene allows.
+        allowed: f64,
+    },
     /// Separate focal lengths of the views, as requested.
     FocalVaries {
         /// Mean focal length, in pixels.
@@ -409,6 +417,7 @@ impl FindingCode {
             Self::LensContradicts { .. }
             | Self::LensNotHeld { .. }
             | Self::FocusMoved { .. }
+            | Self::SceneStill { .. }
             | Self::FocalVaries { .. }
             | Self::ViewsMixed { .. }
             | Self::PixelsNotSquare { .. }
@@ -441,6 +450,12 @@ impl FindingCode {
 
 impl FindingCode {
     /// Every finding once, with arbitrary numbers, for pages and tests that must be complete.
+    ///
+    /// ```
+    /// # use boresight_calibrate::FindingCode;
+    /// let codes: Vec<&str> = FindingCode::one_of_each().iter().map(FindingCode::code).collect();
+    /// assert!(codes.contains(&"FOCUS-MOVED"));
+    /// ```
     pub fn one_of_each() -> Vec<Self> {
         use FindingCode as Code;
         vec![
@@ -464,6 +479,7 @@ impl FindingCode {
             Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
             Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
             Code::FocusMoved { sigmas: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
+            Code::SceneStill { change: 1.0, allowed: 1.0 },
             Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
             Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, sigmas: 1.0 },
             Code::PixelsNotSquare { aspect: 1.0, sigmas: 1.0 },
@@ -512,6 +528,7 @@ impl FindingCode {
             Self::ViewOdd { .. } => "VIEW-ODD",
             Self::PlOutlier { .. } => "PL-OUTLIER",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
+            Self::SceneStill { .. } => "SCENE-STILL",
             Self::FocalVaries { .. } => "FOCAL-VARIES",
             Self::ViewsMixed { .. } => "VIEWS-MIXED",
             Self::PixelsNotSquare { .. } => "PIXELS-NOT-SQUARE",
@@ -579,6 +596,14 @@ impl Verdict {
     }
 
     /// Verdict for `findings`: the worst severity.
+    ///
+    /// ```
+    /// # use boresight_calibrate::{Finding, FindingCode, Severity, Verdict};
+    /// let finding = |severity| Finding { code: FindingCode::CheckMissing, severity };
+    /// assert_eq!(Verdict::of(&[]), Verdict::Good);
+    /// assert_eq!(Verdict::of(&[finding(Severity::Info), finding(Severity::Care)]), Verdict::Care);
+    /// assert_eq!(Verdict::of(&[finding(Severity::Bad)]).code(), "untrustworthy");
+    /// ```
     pub fn of(findings: &[Finding]) -> Self {
         match findings.iter().map(|finding| finding.severity).max() {
             None | Some(Severity::Info) => Self::Good,

@@ -43,6 +43,11 @@ impl Session {
                 self.start_run();
                 (None, Outcome::Noted, None)
             }
+            Input::Scene(scales) => {
+                self.ground.scene = scales.iter().copied().collect();
+                self.replan();
+                (None, Outcome::Noted, None)
+            }
             Input::SourceEnded => {
                 self.ground.source_ended = true;
                 (None, Outcome::Noted, None)

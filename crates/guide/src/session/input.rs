@@ -3,7 +3,7 @@ use crate::guidance::Target;
 use boresight_detect::{Detection, Miss};
 use boresight_geometry::{
     device::CameraEvent,
-    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize, SceneScale},
 };
 
 /// Everything that can happen to a session, in the order of events.
@@ -30,6 +30,8 @@ pub enum Input {
     },
     /// The session is resumed in another run; the driver's clock may have restarted.
     Resumed,
+    /// The scene behind the board was compared between the pictures of accepted views.
+    Scene(Vec<(ViewNumber, SceneScale)>),
     /// The source has no more frames.
     SourceEnded,
     /// The last input of the run.

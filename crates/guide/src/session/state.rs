@@ -1,6 +1,6 @@
 //! State of a session in three parts: see [`super`].
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::Isometry3;
 
@@ -27,7 +27,7 @@ use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibra
 use boresight_geometry::{
     Camera, Corner,
     boards::Board,
-    frame::{CaptureTime, FrameId},
+    frame::{CaptureTime, FrameId, SceneScale},
 };
 
 /// Number of views for [`Command::TakeMore`](super::Command::TakeMore): a view and its partner.
@@ -63,12 +63,22 @@ pub(super) struct Ground {
     pub(super) camera: CameraState,
     /// Pose requested by a rig, if any; `None` without a rig.
     pub(super) lead: Option<Option<Target>>,
+    /// Focal lengths of views by the scene behind the board.
+    pub(super) scene: BTreeMap<ViewNumber, SceneScale>,
 }
 
 impl Ground {
     /// Pose requested by a rig.
     pub(super) fn led_to(&self) -> Option<&Target> {
         self.lead.as_ref()?.as_ref()
+    }
+
+    /// Focal length of each accepted view by the scene behind the board; empty if never asked.
+    pub(super) fn scene(&self) -> Vec<Option<SceneScale>> {
+        match self.scene.is_empty() {
+            true => Vec::new(),
+            false => self.accepted.iter().map(|it| self.scene.get(&it.number).copied()).collect(),
+        }
     }
 }
 
@@ -153,8 +163,11 @@ impl Derived {
     pub(super) fn of(setup: &SessionSetup, ground: &Ground) -> Self {
         let Ground { accepted, seen, wanted_views, .. } = ground;
         let SessionSetup { board, image_size, .. } = setup;
-        let solver =
-            &CalibrationParams { noise_floor_px: seen.noise_px(), ..setup.calibration.clone() };
+        let solver = &CalibrationParams {
+            noise_floor_px: seen.noise_px(),
+            scene: ground.scene(),
+            ..setup.calibration.clone()
+        };
         let more = wanted_views.saturating_sub(accepted.len());
         let height_px = f64::from(image_size.height_px);
         let at_one_instant = |taken: &AcceptedView| {
@@ -399,6 +412,11 @@ impl Session {
     /// shown enough of it.
     pub fn measured_noise_px(&self) -> Option<f64> {
         self.ground.seen.noise_px()
+    }
+
+    /// Focal length of each accepted view by the scene behind the board; empty if never asked.
+    pub fn scene(&self) -> Vec<Option<SceneScale>> {
+        self.ground.scene()
     }
 
     /// Typical error of corners by the motion of the boards during the readout, in pixels.

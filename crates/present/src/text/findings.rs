@@ -226,6 +226,14 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
                 "The principal point is still usable. For one focal length, lock focus and zoom and start over."
             },
         ),
+        FindingCode::SceneStill { change, allowed } => (
+            format!(
+                "By the board alone, the focal length seems to change by {:+.2} % between views. The scene behind the board keeps its scale within {:.2} %: it isn't the focus, and not a second camera",
+                100.0 * change,
+                100.0 * allowed
+            ),
+            "Nothing to do: the result counts.",
+        ),
         FindingCode::FocalVaries { f_px, scatter_px } => (
             format!(
                 "Each view has a separate focal length, as requested: {f_px:.1} px on average, {scatter_px:.1} px sd between views"

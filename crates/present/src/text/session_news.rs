@@ -6,6 +6,10 @@ use boresight_guide::{
     session::{Ending, FarBoard, HeldOutPair, Session, Snapshot, precision_of},
 };
 
+/// Said while the pictures of the views are compared.
+pub const ASKS_SCENE: &str =
+    "The focal length seems to differ between views. Looking at the scene behind the board …";
+
 /// Standard deviation of the principal point after two good pairs of views, in errors of a measured
 /// corner.
 const PP_TO_NOISE: f64 = 20.0;

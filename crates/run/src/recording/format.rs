@@ -8,7 +8,7 @@ use super::camera_line::CameraLine;
 use boresight_detect::{Detection, Miss, OtherBoard, Quality, Side};
 use boresight_geometry::{
     Corner,
-    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize, SceneScale},
     markers::{CircleRows, Dictionary},
 };
 use boresight_guide::{
@@ -94,6 +94,11 @@ pub enum InputLine {
     },
     /// See [`Input::Resumed`].
     Resumed,
+    /// See [`Input::Scene`].
+    Scene {
+        /// Number of a view, log focal length of its picture, and standard deviation.
+        views: Vec<(u32, f64, f64)>,
+    },
     /// See [`Input::SourceEnded`].
     SourceEnded,
     /// See [`Input::Stop`].
@@ -293,6 +298,11 @@ impl From<&Input> for InputLine {
                 Self::WorkerFailed { worker: worker.clone(), reason: reason.clone() }
             }
             Input::Resumed => Self::Resumed,
+            Input::Scene(scales) => {
+                let of =
+                    |(view, scale): &(ViewNumber, SceneScale)| (view.0, scale.log_focal, scale.sd);
+                Self::Scene { views: scales.iter().map(of).collect() }
+            }
             Input::SourceEnded => Self::SourceEnded,
             Input::Stop => Self::Stop,
         }
@@ -316,6 +326,10 @@ impl From<InputLine> for Input {
             InputLine::Camera(line) => Self::Camera(line.into()),
             InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },
             InputLine::Resumed => Self::Resumed,
+            InputLine::Scene { views } => {
+                let of = |(view, log_focal, sd)| (ViewNumber(view), SceneScale { log_focal, sd });
+                Self::Scene(views.into_iter().map(of).collect())
+            }
             InputLine::SourceEnded => Self::SourceEnded,
             InputLine::Stop => Self::Stop,
         }
