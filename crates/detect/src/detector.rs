@@ -127,6 +127,18 @@ impl Detector {
     ///
     /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the grid
     /// closest to the board.
+    ///
+    /// ```
+    /// # use boresight_detect::{Detector, DetectorParams, Miss};
+    /// # use boresight_geometry::boards::Board;
+    /// # use image::GrayImage;
+    /// // One detector keeps its buffers over all pictures of a stream.
+    /// let mut detector = Detector::new(DetectorParams::default());
+    /// let board = Board::new(9, 6, 0.025)?;
+    /// let wall = GrayImage::from_pixel(640, 480, image::Luma([128]));
+    /// assert!(matches!(detector.detect(&wall, &board), Err(Miss::NoBoard)));
+    /// # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
+    /// ```
     pub fn detect(&mut self, image: &GrayImage, board: &Board) -> Result<Detection, Miss> {
         self.search(image, board, Search::FULL)
     }

@@ -85,6 +85,12 @@ pub enum OtherBoard {
 
 impl OtherBoard {
     /// Choice of the board; `None` if too little of it is known, or if no such board can be chosen.
+    ///
+    /// ```
+    /// # use boresight_detect::OtherBoard;
+    /// let seen = OtherBoard::Plain { columns: 7, rows: 5 };
+    /// assert_eq!(seen.choice().map(|choice| choice.to_string()).as_deref(), Some("7x5"));
+    /// ```
     pub fn choice(self) -> Option<BoardChoice> {
         let (columns, rows, pattern) = match self {
             Self::Plain { columns, rows } => (columns, rows, Pattern::Plain),

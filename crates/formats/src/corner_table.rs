@@ -79,6 +79,19 @@ pub enum CornerTableError {
 /// # Errors
 ///
 /// [`CornerTableError`].
+///
+/// ```
+/// # use boresight_formats::corner_table::{read, write};
+/// # use boresight_geometry::Corner;
+/// # use nalgebra::Point2;
+/// let corners: Vec<Corner> =
+///     (0..4).map(|i| Corner::isotropic(Point2::new(f64::from(i) * 10.0, 5.0), 0.1)).collect();
+/// let table = write([("a.png", Some(&corners[..])), ("b.png", None)]);
+/// let views = read(&table, 4)?;
+/// assert_eq!((views.len(), views[0].name.as_str()), (2, "a.png"));
+/// assert!(views[1].corners.is_none());
+/// # Ok::<(), boresight_formats::corner_table::CornerTableError>(())
+/// ```
 pub fn read(text: &str, corner_count: usize) -> Result<Vec<TableView>, CornerTableError> {
     let mut order = Vec::new();
     let mut views: BTreeMap<&str, Vec<Corner>> = BTreeMap::new();

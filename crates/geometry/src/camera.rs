@@ -64,6 +64,15 @@ impl Camera {
     /// Pixel of a point in camera coordinates. `None` outside the field: behind the camera or on
     /// its plane, more than 110° from the axis of a fisheye lens, or at a pole of the rational
     /// model and beyond.
+    ///
+    /// ```
+    /// # use boresight_geometry::Camera;
+    /// # use nalgebra::{Point2, Point3};
+    /// let camera = Camera::pinhole(900.0, Point2::new(640.0, 360.0));
+    /// // 10 cm to the right of the axis, at a distance of 1 m.
+    /// assert_eq!(camera.project(&Point3::new(0.1, 0.0, 1.0)), Some(Point2::new(730.0, 360.0)));
+    /// assert_eq!(camera.project(&Point3::new(0.1, 0.0, -1.0)), None);
+    /// ```
     pub fn project(&self, point_in_cam: &Point3<f64>) -> Option<Point2<f64>> {
         let flat = self.distortion.kind.flat(&point_in_cam.coords)?;
         self.distortion.reaches(&flat).then(|| self.px_from_flat(&flat))
@@ -71,6 +80,15 @@ impl Camera {
 
     /// Pixel of a point on the board (metres, `z = 0`). `None` outside the field, see
     /// [`Self::project`].
+    ///
+    /// ```
+    /// # use boresight_geometry::Camera;
+    /// # use nalgebra::{Isometry3, Point2};
+    /// let camera = Camera::pinhole(900.0, Point2::new(640.0, 360.0));
+    /// let cam_from_board = Isometry3::translation(0.0, 0.1, 0.5);
+    /// let middle_px = camera.px_from_board(&cam_from_board, &Point2::origin());
+    /// assert_eq!(middle_px, Some(Point2::new(640.0, 540.0)));
+    /// ```
     pub fn px_from_board(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -123,12 +141,36 @@ impl Camera {
 
     /// Direction of the ray at a pixel, in camera coordinates; not of unit length. `None` outside
     /// the field of the lens model, see [`Distortion::invert`], and beyond 110° of a fisheye lens.
+    ///
+    /// ```
+    /// # use boresight_geometry::{Camera, Distortion};
+    /// # use nalgebra::Point2;
+    /// let distortion = Distortion { k1: -0.2, ..Distortion::default() };
+    /// let camera = Camera { distortion, ..Camera::pinhole(900.0, Point2::new(640.0, 360.0)) };
+    /// let px = Point2::new(1200.0, 90.0);
+    /// let ray = camera.ray_from_px(&px).ok_or("outside the lens's field")?;
+    /// let seen_px = camera.project(&(ray * 2.0).into()).ok_or("behind the camera")?;
+    /// assert!((seen_px - px).norm() < 1e-6);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn ray_from_px(&self, px: &Point2<f64>) -> Option<Vector3<f64>> {
         self.distortion.kind.ray(&self.flat_from_px(px)?)
     }
 
     /// Pixel in a pinhole camera with the same `f_px` and `pp_px` for the ray at `px`. `None` where
     /// [`Self::normalized_from_px`] has none.
+    ///
+    /// ```
+    /// # use boresight_geometry::{Camera, Distortion};
+    /// # use nalgebra::Point2;
+    /// let distortion = Distortion { k1: -0.2, ..Distortion::default() };
+    /// let camera = Camera { distortion, ..Camera::pinhole(900.0, Point2::new(640.0, 360.0)) };
+    /// // A barrel pulls points towards the principal point.
+    /// let straight_px = camera.undistort_px(&Point2::new(1200.0, 360.0)).ok_or("outside")?;
+    /// assert!(straight_px.x > 1200.0);
+    /// assert_eq!(straight_px.y, 360.0);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn undistort_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         self.normalized_from_px(px)
             .map(|normalized| self.pp_px + normalized.coords.component_mul(&self.f_px))
@@ -232,6 +274,15 @@ impl Camera {
     }
 
     /// Lens parameters in the order of [`LENS_PARAMETERS`].
+    ///
+    /// ```
+    /// # use boresight_geometry::{Camera, LensParameter};
+    /// # use nalgebra::Point2;
+    /// let camera = Camera::pinhole(900.0, Point2::new(640.0, 360.0));
+    /// let parameters = camera.lens_parameters();
+    /// assert_eq!(parameters[LensParameter::Cx.index()], 640.0);
+    /// assert_eq!(Camera::from_lens_parameters(camera.distortion.kind, &parameters), camera);
+    /// ```
     pub fn lens_parameters(&self) -> [f64; LENS_PARAMETERS] {
         let Distortion { k1, k2, p1, p2, k3, k4, k5, k6, .. } = self.distortion;
         [self.f_px.x, self.f_px.y, self.pp_px.x, self.pp_px.y, k1, k2, p1, p2, k3, k4, k5, k6]

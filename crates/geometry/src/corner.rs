@@ -34,11 +34,27 @@ impl Corner {
     }
 
     /// Corner with independent errors of standard deviation `sigma_px` along both axes.
+    ///
+    /// ```
+    /// # use boresight_geometry::Corner;
+    /// # use nalgebra::Point2;
+    /// let corner = Corner::isotropic(Point2::new(310.2, 95.7), 0.05);
+    /// assert!(corner.is_seen());
+    /// assert!((corner.sigma_px() - 0.05).abs() < 1e-12);
+    /// ```
     pub fn isotropic(px: Point2<f64>, sigma_px: f64) -> Self {
         Self::new(px, Matrix2::from_diagonal_element(sigma_px * sigma_px))
     }
 
     /// Unseen corner, expected at `px`, which may lie outside of the picture.
+    ///
+    /// ```
+    /// # use boresight_geometry::{Corner, seen_count};
+    /// # use nalgebra::Point2;
+    /// let seen = Corner::isotropic(Point2::new(310.2, 95.7), 0.05);
+    /// let corners = [seen, Corner::unseen(Point2::new(350.0, 95.7))];
+    /// assert_eq!(seen_count(&corners), 1);
+    /// ```
     pub fn unseen(px: Point2<f64>) -> Self {
         Self::new(px, Matrix2::from_diagonal_element(f64::INFINITY))
     }

@@ -87,6 +87,16 @@ impl LensKind {
     }
 
     /// True for a fisheye lens, as stored in files and restored by [`Self::of_fisheye`].
+    ///
+    /// ```
+    /// # use boresight_geometry::LensKind;
+    /// # use nalgebra::Vector3;
+    /// let at_45_deg = Vector3::new(1.0, 0.0, 1.0);
+    /// let flat = LensKind::Fisheye.flat(&at_45_deg).ok_or("on the axis")?;
+    /// assert!(LensKind::Fisheye.is_fisheye());
+    /// assert!((flat.x - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub const fn is_fisheye(self) -> bool {
         match self {
             Self::Perspective => false,
@@ -255,6 +265,14 @@ impl Distortion {
     }
 
     /// Distorts flat coordinates.
+    ///
+    /// ```
+    /// # use boresight_geometry::Distortion;
+    /// # use nalgebra::Point2;
+    /// let barrel = Distortion { k1: -0.1, ..Distortion::default() };
+    /// // r (1 + k1 r²) at r = 0.5.
+    /// assert_eq!(barrel.apply(&Point2::new(0.5, 0.0)), Point2::new(0.4875, 0.0));
+    /// ```
     pub fn apply(&self, flat: &Point2<f64>) -> Point2<f64> {
         self.applied(flat, &self.radial(flat.coords.norm_squared()))
     }

@@ -189,6 +189,18 @@ impl Homography {
     }
 
     /// Maps a board point to a pixel; `None` for a point behind the camera or on its plane.
+    ///
+    /// ```
+    /// # use boresight_geometry::{Corner, Homography};
+    /// # use nalgebra::Point2;
+    /// let board_m = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]].map(Point2::from);
+    /// let seen = [[100.0, 100.0], [300.0, 110.0], [280.0, 290.0], [90.0, 280.0]];
+    /// let corners = seen.map(|px| Corner::isotropic(Point2::from(px), 0.1));
+    /// let homography = Homography::fit(&board_m, &corners)?;
+    /// let third_px = homography.map(&board_m[2]).ok_or("beyond the horizon")?;
+    /// assert!((third_px - corners[2].px).norm() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn map(&self, point_in_board_m: &Point2<f64>) -> Option<Point2<f64>> {
         let mapped = self.image_from_board * point_in_board_m.to_homogeneous();
         (mapped.z > 1e-12).then(|| Point2::new(mapped.x / mapped.z, mapped.y / mapped.z))

@@ -127,6 +127,22 @@ fn closest_rigid(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
 ///
 /// [`NoPose::NoStart`] if the corners fit no homography or lie outside the field of the lens model,
 /// [`NoPose::Diverged`] if the refinement leaves the front of the camera.
+///
+/// ```
+/// # use boresight_geometry::{Camera, Corner, boards::Board, fit_pose};
+/// # use nalgebra::{Isometry3, Point2, Vector3};
+/// let camera = Camera::pinhole(900.0, Point2::new(640.0, 360.0));
+/// let board_m = Board::new(9, 6, 0.025)?.corners_in_board_m();
+/// let truth = Isometry3::new(Vector3::new(0.02, 0.0, 0.5), Vector3::new(0.6, 0.0, 0.1));
+/// let corners: Vec<Corner> = board_m
+///     .iter()
+///     .filter_map(|point_m| camera.px_from_board(&truth, point_m))
+///     .map(|px| Corner::isotropic(px, 0.05))
+///     .collect();
+/// let found = fit_pose(&camera, &board_m, &corners)?;
+/// assert!((found.cam_from_board.translation.vector - truth.translation.vector).norm() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit_pose(
     camera: &Camera,
     board_points_m: &[Point2<f64>],

@@ -73,6 +73,21 @@ impl Acceptance {
 /// Evaluates `goal` for a lens with the `covariance` of the parameters (in the order of
 /// [`LENS_PARAMETERS`], model uncertainty included) and pictures of `image_size`. `scale_sd` is the
 /// relative standard deviation of the board's square size.
+///
+/// ```
+/// # use boresight_calibrate::{AcceptanceGoal, acceptance};
+/// # use boresight_geometry::{Camera, LensMatrix, frame::ImageSize};
+/// # use nalgebra::Point2;
+/// let (camera, size) = (
+///     Camera::pinhole(900.0, Point2::new(640.0, 360.0)),
+///     ImageSize { width_px: 1280, height_px: 720 },
+/// );
+/// let goal = AcceptanceGoal::Projection { px: 0.5 };
+/// // Every lens parameter is known to a thousandth.
+/// let reached = acceptance(goal, &camera, &(LensMatrix::identity() * 1e-6), size, 1e-3);
+/// assert!(reached.bound.is_some());
+/// assert_eq!(reached.is_met(), reached.excess() <= 1.0);
+/// ```
 pub fn acceptance(
     goal: AcceptanceGoal,
     camera: &Camera,

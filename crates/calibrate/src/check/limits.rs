@@ -36,6 +36,14 @@ pub struct Limits {
 
 impl Limits {
     /// Limits for pictures of `image_size`.
+    ///
+    /// ```
+    /// # use boresight_calibrate::Limits;
+    /// # use boresight_geometry::frame::ImageSize;
+    /// // Two thousandths of the longer side.
+    /// let limits = Limits::of(ImageSize { width_px: 1280, height_px: 720 });
+    /// assert_eq!(limits.goal_px, 2.56);
+    /// ```
     pub fn of(image_size: ImageSize) -> Self {
         let goal_px = GOAL * f64::from(image_size.width_px.max(image_size.height_px));
         Self {

@@ -193,6 +193,15 @@ impl LensModel {
 
     /// Simplest model with all nonzero coefficients of `camera`; the richest of its kind if none
     /// has them all.
+    ///
+    /// ```
+    /// # use boresight_calibrate::LensModel;
+    /// # use boresight_geometry::{Camera, Distortion};
+    /// # use nalgebra::Point2;
+    /// let distortion = Distortion { k1: -0.2, ..Distortion::default() };
+    /// let camera = Camera { distortion, ..Camera::pinhole(900.0, Point2::new(640.0, 360.0)) };
+    /// assert_eq!(LensModel::simplest_with(&camera), LensModel::K1);
+    /// ```
     pub fn simplest_with(camera: &Camera) -> Self {
         let parameters = camera.lens_parameters();
         let needed = |parameter: &LensParameter| {
@@ -296,6 +305,14 @@ impl LensFamily {
     }
 
     /// Models of the family, simplest first.
+    ///
+    /// ```
+    /// # use boresight_calibrate::LensFamily;
+    /// let nested = LensFamily::Brown.models();
+    /// let nested: Vec<&str> = nested.into_iter().map(|model| model.code()).collect();
+    /// assert_eq!(nested, ["none", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"]);
+    /// assert_eq!(LensFamily::Fisheye.richest().coefficients(), 4);
+    /// ```
     pub fn models(self) -> Vec<LensModel> {
         LensModel::ALL.into_iter().filter(|model| model.family() == self).collect()
     }
@@ -377,6 +394,14 @@ impl LensPrior {
     /// Weak prior that makes few views sufficient, `docs/method.md`, section 2: PP at the image
     /// centre ± 100 px (in proportion for pictures wider than 1920 px), k1 0 ± 0.4, p1 and p2 0 ±
     /// 0.01, the other coefficients 0 ± 0.6.
+    ///
+    /// ```
+    /// # use boresight_calibrate::LensPrior;
+    /// # use boresight_geometry::{LensParameter, frame::ImageSize};
+    /// let prior = LensPrior::weak(ImageSize { width_px: 1280, height_px: 720 });
+    /// assert_eq!(prior.mean[LensParameter::Cx.index()], 639.5);
+    /// assert_eq!(prior.information[LensParameter::Fx.index()], 0.0);
+    /// ```
     pub fn weak(image_size: ImageSize) -> Self {
         let centre = image_size.centre_px();
         let pp_sd_px = 100.0_f64.max(100.0 * f64::from(image_size.width_px) / 1920.0);

@@ -164,6 +164,21 @@ impl CameraFormat {
     /// # Errors
     ///
     /// [`NotExpressible`] if the format can't hold the lens.
+    ///
+    /// ```
+    /// # use boresight_formats::export::{CameraFormat, ExportedCamera};
+    /// # use boresight_geometry::{Camera, frame::ImageSize};
+    /// # use nalgebra::Point2;
+    /// let exported = ExportedCamera {
+    ///     name: "left",
+    ///     camera: Camera::pinhole(900.0, Point2::new(640.0, 360.0)),
+    ///     image_size: ImageSize { width_px: 1280, height_px: 720 },
+    ///     rms_px: 0.1,
+    /// };
+    /// let yaml = CameraFormat::OpencvYaml.write(&exported)?;
+    /// assert!(yaml.contains("camera_matrix"));
+    /// # Ok::<(), boresight_formats::export::NotExpressible>(())
+    /// ```
     pub fn write(self, exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
         match self {
             Self::OpencvYaml => Ok(opencv_yaml(exported)),

@@ -33,6 +33,12 @@ pub fn views_csv(views: &[ViewEntry]) -> String {
 }
 
 /// The points of a board as found, in millimetres, row by row, as comma-separated values.
+///
+/// ```
+/// # use boresight_formats::export::board_csv;
+/// let lines = board_csv(&[[0.0, 0.0, 0.0], [25.0, 0.0, 0.1]]);
+/// assert_eq!(lines.lines().count(), 3);
+/// ```
 pub fn board_csv(points_mm: &[[f64; 3]]) -> String {
     let mut csv = String::from("x_mm,y_mm,z_mm\r\n");
     for point_mm in points_mm {

@@ -67,6 +67,22 @@ pub const MAX_BYTES: usize = 16 << 20;
 /// # Errors
 ///
 /// [`NotImported`].
+///
+/// ```
+/// # use boresight_formats::import::read;
+/// let camera_info = "\
+/// image_width: 640
+/// image_height: 480
+/// camera_name: left
+/// camera_matrix: {rows: 3, cols: 3, data: [500.0, 0, 320.0, 0, 500.0, 240.0, 0, 0, 1]}
+/// distortion_model: plumb_bob
+/// distortion_coefficients: {rows: 1, cols: 5, data: [-0.1, 0, 0, 0, 0]}
+/// ";
+/// let old = read(camera_info)?;
+/// assert_eq!(old.camera.f_px.x, 500.0);
+/// assert_eq!(old.camera.distortion.k1, -0.1);
+/// # Ok::<(), boresight_formats::import::NotImported>(())
+/// ```
 pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
     read_sized(text, None)
 }

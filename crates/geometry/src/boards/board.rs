@@ -28,6 +28,16 @@ impl Board {
     /// # Errors
     ///
     /// [`InvalidBoard`] if a count is outside 3..=99 or the length is not in (0, 10) m.
+    ///
+    /// ```
+    /// # use boresight_geometry::boards::Board;
+    /// let board = Board::new(9, 6, 0.025)?;
+    /// assert_eq!(board.corner_count(), 54);
+    /// // The origin is the middle of the corners.
+    /// assert_eq!(board.corners_in_board_m()[0], nalgebra::Point2::new(-0.1, -0.0625));
+    /// assert!(Board::new(1, 6, 0.025).is_err());
+    /// # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
+    /// ```
     pub fn new(columns: u16, rows: u16, square_m: f64) -> Result<Self, InvalidBoard> {
         if !(3..=99).contains(&columns) || !(3..=99).contains(&rows) {
             return Err(InvalidBoard::Count { columns, rows });
@@ -150,6 +160,16 @@ impl BoardChoice {
     /// # Errors
     ///
     /// [`InvalidChoice::Board`] or [`InvalidChoice::Markers`].
+    ///
+    /// ```
+    /// # use boresight_geometry::boards::BoardChoice;
+    /// let kinds = [("9x6", 54), ("charuco:8x11:DICT_4X4_50", 70), ("circles:4x11", 44)];
+    /// for (name, points) in kinds {
+    ///     let board = name.parse::<BoardChoice>()?.board(0.02)?;
+    ///     assert_eq!(board.corner_count(), points, "{name}");
+    /// }
+    /// # Ok::<(), boresight_geometry::boards::InvalidChoice>(())
+    /// ```
     pub fn board(&self, square_m: f64) -> Result<Board, InvalidChoice> {
         Ok(Board::new(self.columns, self.rows, square_m)?.with(self.pattern)?)
     }

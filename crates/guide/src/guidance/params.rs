@@ -22,6 +22,12 @@ pub enum Plan {
 
 impl Plan {
     /// Number of views of the complete plan; `None` if dependent on the precision.
+    ///
+    /// ```
+    /// # use boresight_guide::guidance::Plan;
+    /// assert_eq!(Plan::Full.views(), Some(8));
+    /// assert_eq!(Plan::Adaptive.views(), None);
+    /// ```
     pub fn views(self) -> Option<usize> {
         match self {
             Self::Quick => Some(4),
@@ -104,6 +110,12 @@ impl Default for GuidanceParams {
 impl GuidanceParams {
     /// Goal of the principal point's standard deviation for a lens of the given focal length: noise
     /// fixes it less well the longer the lens, by the square of `f / width`, whatever the poses.
+    ///
+    /// ```
+    /// # use boresight_guide::guidance::GuidanceParams;
+    /// let params = GuidanceParams::default();
+    /// assert!(params.pp_goal_px(2.0) >= params.pp_goal_px(0.8));
+    /// ```
     pub fn pp_goal_px(&self, f_to_width: f64) -> f64 {
         self.stop_pp_sigma_px * f_to_width.powi(2).max(1.0)
     }

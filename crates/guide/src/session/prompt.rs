@@ -330,6 +330,14 @@ impl Prompt {
     }
 
     /// Prompt for a frame without the board.
+    ///
+    /// ```
+    /// # use boresight_detect::{Miss, OtherBoard};
+    /// # use boresight_guide::session::Prompt;
+    /// let seen = OtherBoard::Plain { columns: 7, rows: 5 };
+    /// let prompt = Prompt::of_miss(&Miss::OtherBoard(seen));
+    /// assert_eq!(prompt.other_board(), seen.choice());
+    /// ```
     pub fn of_miss(miss: &Miss) -> Self {
         match *miss {
             Miss::NoBoard => Self::ShowBoard,

@@ -14,6 +14,14 @@ pub struct ViewNumber(pub u32);
 
 impl ViewNumber {
     /// Number of the view accepted next.
+    ///
+    /// ```
+    /// # use boresight_guide::session::ViewNumber;
+    /// let first = ViewNumber::default();
+    /// // People count from 1.
+    /// assert_eq!(first.to_string(), "1");
+    /// assert_eq!(first.next(), ViewNumber(1));
+    /// ```
     #[must_use]
     pub fn next(self) -> Self {
         Self(self.0.saturating_add(1))
