@@ -258,7 +258,7 @@ struct Checks {
     /// The session's folder, and a possible second folder.
     session: PathBuf,
     recovered: Option<PathBuf>,
-    seen: HashMap<u64, usize>,
+    seen: HashMap<u64, Result<usize, String>>,
     tried: usize,
     lost: usize,
     unopenable: usize,
@@ -278,65 +278,24 @@ impl Checks {
         }
     }
 
-    /// Views in the remaining folder, or a fault.
-    fn views(
-        &mut self,
-        left: &BTreeMap<PathBuf, Option<Vec<u8>>>,
-        folder: &Path,
-    ) -> Result<usize, String> {
-        let below: Vec<_> = left
-            .iter()
-            .filter_map(|(path, bytes)| Some((path.strip_prefix(folder).ok()?, bytes)))
+    /// Opens the folder in each of the states that weren't seen before, all at once.
+    fn look(&mut self, states: &[(Fate, Left)], folder: &Path) {
+        let states = states.iter().map(|(_, left)| below(left, folder));
+        let fresh: HashMap<u64, Below<'_>> = states
+            .map(|state| (key(&state), state))
+            .filter(|(key, _)| !self.seen.contains_key(key))
             .collect();
-        let mut hasher = DefaultHasher::new();
-        below.hash(&mut hasher);
-        let key = hasher.finish();
-        if let Some(views) = self.seen.get(&key) {
-            return Ok(*views);
-        }
-        let place = TempDir::new().expect("folder");
-        let path = place.path().join("session");
-        for (below, bytes) in &below {
-            let at = path.join(below);
-            match bytes {
-                None => fs::create_dir_all(at).expect("made"),
-                Some(bytes) => fs::write(at, bytes).expect("written"),
-            }
-        }
-        let views = if path.join("session.toml").exists() {
-            let found = verify(&path).map_err(|err| format!("doctor: {err:#}"))?;
-            if !found.problems.is_empty() {
-                return Err(format!("doctor: {:?}", found.problems));
-            }
-            let (mut folder, saved) =
-                SavedSession::resume(&path).map_err(|err| format!("resume: {err:#}"))?;
-            for view in saved.session.accepted() {
-                let frame = view.view.frame_id.0;
-                let stored = saved.contents.stored.iter().find(|stored| stored.frame == frame);
-                let stored = stored.ok_or_else(|| format!("no picture of frame {frame}"))?;
-                stored_frame(&path, stored).map_err(|err| err.to_string())?;
-            }
-            // The session continues, and the new view is there the next time.
-            let mut session = saved.session.clone();
-            let decision = session.handle(&Input::Resumed);
-            let appended = folder.journal_mut().append(&Input::Resumed, &decision, None, true);
-            appended.map_err(|err| err.to_string())?;
-            drop(folder);
-            let again = SessionFolder::journal(&path).map_err(|err| err.to_string())?;
-            if again.cut || again.lines.len() != saved.contents.lines.len() + 1 {
-                return Err("what was cut came back".into());
-            }
-            saved.session.accepted().len()
-        } else {
-            // Nothing was promised; a session may begin here.
-            let config = Config::load(None, &[]).expect("defaults");
-            let size = boresight::frame::ImageSize { width_px: 320, height_px: 240 };
-            SessionFolder::create(&path, &Header::new("sim", size, config))
-                .map_err(|err| format!("begin: {err}"))?;
-            0
-        };
-        self.seen.insert(key, views);
-        Ok(views)
+        let found = std::thread::scope(|scope| {
+            let open = |(key, state)| scope.spawn(move || (key, views(&state)));
+            let looks: Vec<_> = fresh.into_iter().map(open).collect();
+            looks.into_iter().map(|look| look.join().expect("a fault")).collect::<Vec<_>>()
+        });
+        self.seen.extend(found);
+    }
+
+    /// Views in the folder after [`Self::look`], or a fault.
+    fn views(&self, left: &Left, folder: &Path) -> Result<usize, String> {
+        self.seen[&key(&below(left, folder))].clone()
     }
 
     /// Tries the possible states at each instant of `changes`.
@@ -356,10 +315,15 @@ impl Checks {
             let fates = [Fate::Least, Fate::Most, Fate::NamesOnly]
                 .into_iter()
                 .chain(std::iter::repeat_n(Fate::Chance, chances));
-            for fate in fates {
-                let left = disk.left(fate, &mut rng);
+            let states: Vec<(Fate, Left)> =
+                fates.map(|fate| (fate, disk.left(fate, &mut rng))).collect();
+            let session = self.session.clone();
+            self.look(&states, &session);
+            if let Some(copy) = self.recovered.clone() {
+                self.look(&states, &copy);
+            }
+            for (fate, left) in states {
                 self.tried += 1;
-                let session = self.session.clone();
                 let views = match self.views(&left, &session) {
                     Ok(views) => views,
                     Err(what) => {
@@ -401,6 +365,70 @@ impl Checks {
         assert_eq!((self.lost, self.unopenable), (0, 0), "{operation}");
         assert!(self.tried >= least && self.views_there > 0, "{operation}: {}", self.tried);
     }
+}
+
+/// Contents after a power failure: see [`Disk::left`].
+type Left = BTreeMap<PathBuf, Option<Vec<u8>>>;
+
+/// Contents of a folder, by path below.
+type Below<'a> = Vec<(&'a Path, &'a Option<Vec<u8>>)>;
+
+fn below<'a>(left: &'a Left, folder: &Path) -> Below<'a> {
+    let below =
+        |(path, bytes): (&'a PathBuf, &'a _)| Some((path.strip_prefix(folder).ok()?, bytes));
+    left.iter().filter_map(below).collect()
+}
+
+fn key(state: &Below<'_>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    state.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Views in a folder of these contents, or a fault.
+fn views(state: &Below<'_>) -> Result<usize, String> {
+    let place = TempDir::new().expect("folder");
+    let path = place.path().join("session");
+    for (below, bytes) in state {
+        let at = path.join(below);
+        match bytes {
+            None => fs::create_dir_all(at).expect("made"),
+            Some(bytes) => fs::write(at, bytes).expect("written"),
+        }
+    }
+    let views = if path.join("session.toml").exists() {
+        let found = verify(&path).map_err(|err| format!("doctor: {err:#}"))?;
+        if !found.problems.is_empty() {
+            return Err(format!("doctor: {:?}", found.problems));
+        }
+        let (mut folder, saved) =
+            SavedSession::resume(&path).map_err(|err| format!("resume: {err:#}"))?;
+        for view in saved.session.accepted() {
+            let frame = view.view.frame_id.0;
+            let stored = saved.contents.stored.iter().find(|stored| stored.frame == frame);
+            let stored = stored.ok_or_else(|| format!("no picture of frame {frame}"))?;
+            stored_frame(&path, stored).map_err(|err| err.to_string())?;
+        }
+        // The session continues, and the new view is there the next time.
+        let mut session = saved.session.clone();
+        let decision = session.handle(&Input::Resumed);
+        let appended = folder.journal_mut().append(&Input::Resumed, &decision, None, true);
+        appended.map_err(|err| err.to_string())?;
+        drop(folder);
+        let again = SessionFolder::journal(&path).map_err(|err| err.to_string())?;
+        if again.cut || again.lines.len() != saved.contents.lines.len() + 1 {
+            return Err("what was cut came back".into());
+        }
+        saved.session.accepted().len()
+    } else {
+        // Nothing was promised; a session may begin here.
+        let config = Config::load(None, &[]).expect("defaults");
+        let size = boresight::frame::ImageSize { width_px: 320, height_px: 240 };
+        SessionFolder::create(&path, &Header::new("sim", size, config))
+            .map_err(|err| format!("begin: {err}"))?;
+        0
+    };
+    Ok(views)
 }
 
 /// Random states tried at each instant; `BORESIGHT_CRASHES` sets another number.
