@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 OWN = [
-    (re.compile(r'"(build|version|program|created|elapsed_secs|time|took_secs)":\s*("[^"]*"|[\d.e+-]+)'), ""),
+    (re.compile(r'"(build|version|program|created|elapsed_secs|time|took_secs|millis)":\s*("[^"]*"|[\d.e+-]+)'), ""),
     (re.compile(r"boresight \d+\.\d+\.\d+\S*"), "boresight"),
 ]
 

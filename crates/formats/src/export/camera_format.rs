@@ -45,6 +45,30 @@ pub enum CameraFormat {
     Open3d,
 }
 
+/// Row of a format.
+struct Row {
+    /// Stable name, for files and programs.
+    code: &'static str,
+    /// Short name, for people.
+    label: &'static str,
+    /// Usual name of the file.
+    file: &'static str,
+    /// Purpose, and unsupported lenses.
+    about: &'static str,
+    comments: Comments,
+    write: fn(&ExportedCamera<'_>) -> Result<String, NotExpressible>,
+}
+
+/// Place of comments in a format, with the mark of a line.
+enum Comments {
+    Before(&'static str),
+    /// OpenCV's YAML must begin with its directive.
+    After(&'static str),
+    /// Inside the last element.
+    Xml,
+    None,
+}
+
 impl CameraFormat {
     /// Every format, in the order shown to a person.
     pub const ALL: [Self; 18] = [
@@ -68,94 +92,66 @@ impl CameraFormat {
         Self::Open3d,
     ];
 
-    /// Stable name, short name for people, usual name of the file.
-    fn names(self) -> [&'static str; 3] {
+    #[rustfmt::skip]
+    fn row(self) -> Row {
+        use Comments as C;
+        let row = |code, label, file, about, comments, write| Row { code, label, file, about, comments, write };
         match self {
-            Self::OpencvYaml => ["opencv-yaml", "OpenCV", "opencv.yaml"],
-            Self::OpencvXml => ["opencv-xml", "OpenCV XML", "opencv.xml"],
-            Self::OpencvJson => ["opencv-json", "OpenCV JSON", "opencv.json"],
-            Self::RosYaml => ["ros-yaml", "ROS", "ros.yaml"],
-            Self::Kalibr => ["kalibr", "Kalibr", "kalibr.yaml"],
-            Self::Colmap => ["colmap", "COLMAP", "cameras.txt"],
-            Self::Mrcal => ["mrcal", "mrcal", "camera.cameramodel"],
-            Self::Matlab => ["matlab", "MATLAB", "camera.m"],
-            Self::OrbSlam3 => ["orb-slam3", "ORB-SLAM3", "orb_slam3.yaml"],
-            Self::Nerf => ["nerf", "Nerfstudio", "transforms.json"],
-            Self::InstantNgp => ["instant-ngp", "instant-ngp", "instant-ngp.json"],
-            Self::Metashape => ["metashape", "Metashape", "metashape.xml"],
-            Self::Realitycapture => ["realitycapture", "RealityCapture", "realitycapture.xmp"],
-            Self::Basalt => ["basalt", "Basalt", "basalt.json"],
-            Self::Vins => ["vins", "VINS", "vins.yaml"],
-            Self::Photonvision => ["photonvision", "PhotonVision", "photonvision.json"],
-            Self::Gyroflow => ["gyroflow", "Gyroflow", "gyroflow.json"],
-            Self::Open3d => ["open3d", "Open3D", "open3d.json"],
+            Self::OpencvYaml => row("opencv-yaml", "OpenCV", "opencv.yaml", "OpenCV's FileStorage", C::After("#"), |it| Ok(opencv_yaml(it))),
+            Self::OpencvXml => row("opencv-xml", "OpenCV XML", "opencv.xml", "OpenCV's FileStorage as XML", C::Xml, |it| Ok(opencv::xml(it))),
+            Self::OpencvJson => row("opencv-json", "OpenCV JSON", "opencv.json", "OpenCV's FileStorage as JSON", C::None, |it| Ok(opencv::json(it))),
+            Self::RosYaml => row("ros-yaml", "ROS", "ros.yaml", "ROS camera_info", C::After("#"), |it| Ok(ros_camera_info(it))),
+            Self::Kalibr => row("kalibr", "Kalibr", "kalibr.yaml", "Kalibr camchain, for OpenVINS too (no k3)", C::After("#"), kalibr_camchain),
+            Self::Colmap => row("colmap", "COLMAP", "cameras.txt", "COLMAP cameras.txt", C::Before("#"), |it| Ok(colmap_cameras(it))),
+            Self::Mrcal => row("mrcal", "mrcal", "camera.cameramodel", "mrcal .cameramodel (no fisheye)", C::Before("#"), mrcal_cameramodel),
+            Self::Matlab => row("matlab", "MATLAB", "camera.m", "Script for MATLAB and Octave (no wide lenses)", C::Before("%"), matlab_script),
+            Self::OrbSlam3 => row("orb-slam3", "ORB-SLAM3", "orb_slam3.yaml", "ORB-SLAM3's camera settings (no rational lens)", C::After("#"), orb_slam::write),
+            Self::Nerf => row("nerf", "Nerfstudio", "transforms.json", "Nerfstudio's transforms.json (no rational lens)", C::None, nerf::nerfstudio),
+            Self::InstantNgp => row("instant-ngp", "instant-ngp", "instant-ngp.json", "instant-ngp's transforms.json (no k3)", C::None, nerf::instant_ngp),
+            Self::Metashape => row("metashape", "Metashape", "metashape.xml", "Agisoft Metashape's calibration (no rational lens)", C::Xml, metashape::write),
+            Self::Realitycapture => row("realitycapture", "RealityCapture", "realitycapture.xmp", "RealityCapture's XMP sidecar (no wide lenses)", C::Xml, realitycapture::write),
+            Self::Basalt => row("basalt", "Basalt", "basalt.json", "Basalt's calibration", C::None, |it| Ok(basalt::write(it))),
+            Self::Vins => row("vins", "VINS", "vins.yaml", "VINS-Mono and VINS-Fusion (no k3)", C::After("#"), vins::write),
+            Self::Photonvision => row("photonvision", "PhotonVision", "photonvision.json", "PhotonVision's calibration (no fisheye)", C::None, photonvision::write),
+            Self::Gyroflow => row("gyroflow", "Gyroflow", "gyroflow.json", "Gyroflow's lens profile (fisheye only)", C::None, gyroflow::write),
+            Self::Open3d => row("open3d", "Open3D", "open3d.json", "Open3D's pinhole intrinsics (no distortion)", C::None, open3d::write),
         }
     }
 
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
-        self.names()[0]
+        self.row().code
     }
 
     /// The program's name, for a person.
     pub fn label(self) -> &'static str {
-        self.names()[1]
+        self.row().label
     }
 
     /// The usual name of the file.
     pub fn file(self) -> &'static str {
-        self.names()[2]
+        self.row().file
     }
 
     /// Purpose of the format, and unsupported lenses.
     pub fn about(self) -> &'static str {
-        match self {
-            Self::OpencvYaml => "OpenCV's FileStorage",
-            Self::OpencvXml => "OpenCV's FileStorage as XML",
-            Self::OpencvJson => "OpenCV's FileStorage as JSON",
-            Self::RosYaml => "ROS camera_info",
-            Self::Kalibr => "Kalibr camchain, for OpenVINS too (no k3)",
-            Self::Colmap => "COLMAP cameras.txt",
-            Self::Mrcal => "mrcal .cameramodel (no fisheye)",
-            Self::Matlab => "Script for MATLAB and Octave (no wide lenses)",
-            Self::OrbSlam3 => "ORB-SLAM3's camera settings (no rational lens)",
-            Self::Nerf => "Nerfstudio's transforms.json (no rational lens)",
-            Self::InstantNgp => "instant-ngp's transforms.json (no k3)",
-            Self::Metashape => "Agisoft Metashape's calibration (no rational lens)",
-            Self::Realitycapture => "RealityCapture's XMP sidecar (no wide lenses)",
-            Self::Basalt => "Basalt's calibration",
-            Self::Vins => "VINS-Mono and VINS-Fusion (no k3)",
-            Self::Photonvision => "PhotonVision's calibration (no fisheye)",
-            Self::Gyroflow => "Gyroflow's lens profile (fisheye only)",
-            Self::Open3d => "Open3D's pinhole intrinsics (no distortion)",
-        }
+        self.row().about
     }
 
     /// `text`, a file of the format, with lines for a person. `None` if the format has no comments.
-    ///
-    /// OpenCV's YAML must begin with its directive, so YAML gets them at the end; XML inside.
     pub fn with_comment(self, text: &str, lines: &[String]) -> Option<String> {
         let commented = |mark: &str| -> String {
             lines.iter().map(|line| format!("{mark} {line}\n")).collect()
         };
-        match self {
-            Self::OpencvYaml | Self::RosYaml | Self::Kalibr | Self::OrbSlam3 | Self::Vins => {
-                Some(format!("{}\n{}", text.trim_end(), commented("#")))
-            }
-            Self::Colmap | Self::Mrcal => Some(commented("#") + text),
-            Self::Matlab => Some(commented("%") + text),
-            Self::OpencvXml | Self::Metashape | Self::Realitycapture => {
+        match self.row().comments {
+            Comments::After(mark) => Some(format!("{}\n{}", text.trim_end(), commented(mark))),
+            Comments::Before(mark) => Some(commented(mark) + text),
+            Comments::Xml => {
                 let (inside, end) = text.split_at(text.rfind("</").unwrap_or(text.len()));
                 let lines = lines.join("\n").replace("--", "- -");
                 Some(format!("{inside}<!-- {lines} -->\n{end}"))
             }
-            Self::OpencvJson
-            | Self::Nerf
-            | Self::InstantNgp
-            | Self::Basalt
-            | Self::Photonvision
-            | Self::Gyroflow
-            | Self::Open3d => None,
+            Comments::None => None,
         }
     }
 
@@ -180,26 +176,7 @@ impl CameraFormat {
     /// # Ok::<(), boresight_formats::export::NotExpressible>(())
     /// ```
     pub fn write(self, exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
-        match self {
-            Self::OpencvYaml => Ok(opencv_yaml(exported)),
-            Self::OpencvXml => Ok(opencv::xml(exported)),
-            Self::OpencvJson => Ok(opencv::json(exported)),
-            Self::RosYaml => Ok(ros_camera_info(exported)),
-            Self::Kalibr => kalibr_camchain(exported),
-            Self::Colmap => Ok(colmap_cameras(exported)),
-            Self::Mrcal => mrcal_cameramodel(exported),
-            Self::Matlab => matlab_script(exported),
-            Self::OrbSlam3 => orb_slam::write(exported),
-            Self::Nerf => nerf::nerfstudio(exported),
-            Self::InstantNgp => nerf::instant_ngp(exported),
-            Self::Metashape => metashape::write(exported),
-            Self::Realitycapture => realitycapture::write(exported),
-            Self::Basalt => Ok(basalt::write(exported)),
-            Self::Vins => vins::write(exported),
-            Self::Photonvision => photonvision::write(exported),
-            Self::Gyroflow => gyroflow::write(exported),
-            Self::Open3d => open3d::write(exported),
-        }
+        (self.row().write)(exported)
     }
 }
 

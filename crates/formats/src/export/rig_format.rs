@@ -22,6 +22,19 @@ pub enum RigFormat {
     Anipose,
 }
 
+/// Row of a format.
+struct Row {
+    /// Stable name, for files and programs.
+    code: &'static str,
+    /// Short name, for people.
+    label: &'static str,
+    /// Usual name of the file.
+    file: &'static str,
+    /// Purpose, and unsupported lenses.
+    about: &'static str,
+    write: fn(&ExportedRig<'_>) -> Result<String, NotExpressible>,
+}
+
 impl RigFormat {
     /// Every format, in the order shown to a person.
     pub const ALL: [Self; 7] = [
@@ -34,53 +47,38 @@ impl RigFormat {
         Self::Anipose,
     ];
 
-    /// Stable name, name for people, usual name of the file, purpose.
-    fn names(self) -> [&'static str; 4] {
+    #[rustfmt::skip]
+    fn row(self) -> Row {
+        let row = |code, label, file, about, write| Row { code, label, file, about, write };
         match self {
-            Self::OpencvStereo => {
-                ["opencv-stereo", "OpenCV stereo", "stereo.yaml", "OpenCV's stereo pair, rectified"]
-            }
-            Self::KalibrRig => {
-                ["kalibr-rig", "Kalibr rig", "camchain.yaml", "Kalibr camchain of a rig (no k3)"]
-            }
-            Self::Urdf => ["urdf", "URDF", "rig.urdf", "ROS 2 frames of a rig"],
-            Self::StaticTransforms => [
-                "ros-tf",
-                "ROS 2 transforms",
-                "rig.launch.xml",
-                "ROS 2 launch file: static transforms of a rig",
-            ],
-            Self::MatlabStereo => [
-                "matlab-stereo",
-                "MATLAB stereo",
-                "stereo.m",
-                "Script for MATLAB and Octave, of a pair (no wide lenses)",
-            ],
-            Self::ColmapRig => ["colmap-rig", "COLMAP rig", "rig_config.json", "COLMAP rig_config"],
-            Self::Anipose => {
-                ["anipose", "Anipose", "calibration.toml", "Anipose's cameras (no rational lens)"]
-            }
+            Self::OpencvStereo => row("opencv-stereo", "OpenCV stereo", "stereo.yaml", "OpenCV's stereo pair, rectified", rig::opencv_stereo),
+            Self::KalibrRig => row("kalibr-rig", "Kalibr rig", "camchain.yaml", "Kalibr camchain of a rig (no k3)", rig::kalibr),
+            Self::Urdf => row("urdf", "URDF", "rig.urdf", "ROS 2 frames of a rig", |it| Ok(rig::urdf(it))),
+            Self::StaticTransforms => row("ros-tf", "ROS 2 transforms", "rig.launch.xml", "ROS 2 launch file: static transforms of a rig", |it| Ok(rig::static_transforms(it))),
+            Self::MatlabStereo => row("matlab-stereo", "MATLAB stereo", "stereo.m", "Script for MATLAB and Octave, of a pair (no wide lenses)", rig::matlab_stereo),
+            Self::ColmapRig => row("colmap-rig", "COLMAP rig", "rig_config.json", "COLMAP rig_config", |it| Ok(rig::colmap(it))),
+            Self::Anipose => row("anipose", "Anipose", "calibration.toml", "Anipose's cameras (no rational lens)", rig::anipose),
         }
     }
 
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
-        self.names()[0]
+        self.row().code
     }
 
     /// The program's name, for a person.
     pub fn label(self) -> &'static str {
-        self.names()[1]
+        self.row().label
     }
 
     /// The usual name of the file.
     pub fn file(self) -> &'static str {
-        self.names()[2]
+        self.row().file
     }
 
     /// Purpose of the format, and unsupported lenses.
     pub fn about(self) -> &'static str {
-        self.names()[3]
+        self.row().about
     }
 
     /// True if the format holds two cameras.
@@ -94,14 +92,6 @@ impl RigFormat {
     ///
     /// [`NotExpressible`] if the format can't hold a lens.
     pub fn write(self, exported: &ExportedRig<'_>) -> Result<String, NotExpressible> {
-        match self {
-            Self::OpencvStereo => rig::opencv_stereo(exported),
-            Self::KalibrRig => rig::kalibr(exported),
-            Self::Urdf => Ok(rig::urdf(exported)),
-            Self::StaticTransforms => Ok(rig::static_transforms(exported)),
-            Self::MatlabStereo => rig::matlab_stereo(exported),
-            Self::ColmapRig => Ok(rig::colmap(exported)),
-            Self::Anipose => rig::anipose(exported),
-        }
+        (self.row().write)(exported)
     }
 }
