@@ -87,6 +87,6 @@ fn a_scene_that_keeps_its_scale_rules_the_focus_out() {
 
     write_views(&folder.path().join("moved"), 1.0, 1.03);
     let (ended, found) = calibrated("moved");
-    says(&ended, 3, &["Looking at the scene behind the board"]);
+    says(&ended, 3, &["Looking at the scene behind the board", "shows it, too"]);
     assert!(found.contains(&"FOCUS-MOVED".into()), "{found:?}");
 }

@@ -200,8 +200,9 @@ fn locked() -> CameraEvent {
 
 fn judged(done: &Snapshot, verdict: Verdict, severity: Severity) -> Snapshot {
     let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
+    let motion = FocusMotion::Scattered;
     let moved =
-        FindingCode::FocusMoved { sigmas: 9.0, relative_sd: 0.031, motion: FocusMotion::Scattered };
+        FindingCode::FocusMoved { sigmas: 9.0, relative_sd: 0.031, motion, in_scene: false };
     let findings = vec![Finding { code: moved, severity }];
     let calibration = Calibration { findings, verdict, ..calibration.clone() };
     Snapshot { calibration: Some(Arc::new(calibration)), ..done.clone() }

@@ -90,7 +90,12 @@ fn nothing_praises_a_result_that_is_not_trustworthy() {
 #[test]
 fn the_cause_is_drawn_from_its_own_numbers_with_the_enlargement_stated() {
     let moment = moment_of(&moments(), "done untrustworthy");
-    let focus = |motion| FindingCode::FocusMoved { sigmas: 9.0, relative_sd: 0.01, motion };
+    let focus = |motion| FindingCode::FocusMoved {
+        sigmas: 9.0,
+        relative_sd: 0.01,
+        motion,
+        in_scene: false,
+    };
     let mixed = FindingCode::ViewsMixed {
         odd_views: 1,
         view: 2,

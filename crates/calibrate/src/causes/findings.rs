@@ -72,7 +72,8 @@ fn code(named: &Named, depth_of_unit_m: f64) -> FindingCode {
     let depth_m = || named.size.iter().map(|it| it * it).sum::<f64>().sqrt() * depth_of_unit_m;
     let concerned = || named.course.iter().position(|times| *times != 0.0).unwrap_or_default();
     let relative_sd = size(0).abs() * sample_sd(&named.course);
-    let focus = |motion| FindingCode::FocusMoved { sigmas, relative_sd, motion };
+    let in_scene = named.in_scene;
+    let focus = |motion| FindingCode::FocusMoved { sigmas, relative_sd, motion, in_scene };
     let change = libm::expm1(size(0));
     match named.kind {
         Kind::FocusDrift => focus(FocusMotion::Drift { change }),

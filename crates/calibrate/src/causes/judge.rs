@@ -43,6 +43,8 @@ pub(super) struct Named {
     pub(super) rivals: Vec<Kind>,
     /// Factor on each view; empty if a cause has no course.
     pub(super) course: Vec<f64>,
+    /// True if the scene confirms it.
+    pub(super) in_scene: bool,
 }
 
 /// Causes named by the views, beside the corrected ones.
@@ -193,6 +195,7 @@ impl Judge<'_> {
             sigmas: size.sigmas,
             rivals: Vec::new(),
             course: Vec::new(),
+            in_scene: false,
         }))
     }
 
@@ -342,6 +345,7 @@ impl Judge<'_> {
             sigmas: if it.kind.row().scope == Scope::Own { it.gain.sigmas } else { sigmas(it) },
             rivals,
             course: it.course.clone(),
+            in_scene: leads(it),
         };
         let course = course.map(|it| named(it, Vec::new()));
         course.into_iter().chain(best.map(|it| named(it, rivals(it)))).collect()

@@ -197,6 +197,8 @@ pub enum FindingCode {
         relative_sd: f64,
         /// Kind of motion.
         motion: FocusMotion,
+        /// True if the scene behind the board changed its scale as well.
+        in_scene: bool,
     },
     /// A focal length that seemed to change between views, and a scene behind the board that kept
     /// its scale.
@@ -478,7 +480,12 @@ impl FindingCode {
             Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
             Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
             Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
-            Code::FocusMoved { sigmas: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
+            Code::FocusMoved {
+                sigmas: 1.0,
+                relative_sd: 1.0,
+                motion: FocusMotion::Scattered,
+                in_scene: false,
+            },
             Code::SceneStill { change: 1.0, allowed: 1.0 },
             Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
             Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, sigmas: 1.0 },

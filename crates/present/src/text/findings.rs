@@ -199,7 +199,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             ),
             "Retake that pose and remove this view. Check that the board is flat.",
         ),
-        FindingCode::FocusMoved { relative_sd, motion, .. } => (
+        FindingCode::FocusMoved { relative_sd, motion, in_scene, .. } => (
             match motion {
                 FocusMotion::Scattered => format!(
                     "The focus or zoom moved: the focal length varies by {:.2} % (sd) between views",
@@ -218,7 +218,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
                     "The focal length follows the board's distance: it changed by {:+.2} % from the farthest board to the nearest",
                     100.0 * change
                 ),
-            },
+            } + if in_scene { ". The scene behind the board shows it, too" } else { "" },
             // What mustn't be used isn't praised in part.
             if finding.severity == Severity::Bad {
                 "Lock focus and zoom, and start over."
