@@ -179,7 +179,7 @@ pub fn px_per_turn(lens: &Lens) -> Vector4<f64> {
 mod tests {
     use super::*;
 
-    pub fn wide() -> Lens {
+    pub(crate) fn wide() -> Lens {
         let mut camera = Camera::pinhole(439.2, Point2::new(499.9, 274.1));
         camera.distortion.k1 = -0.04;
         Lens::new(camera, None, ImageSize { width_px: 1024, height_px: 768 })
