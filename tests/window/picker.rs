@@ -1,7 +1,10 @@
 //! Choosing a recording.
 
 use boresight::{
-    app::{explain::UserError, window::recordings::Recording},
+    app::{
+        explain::UserError,
+        window::recordings::{Recording, folders_in},
+    },
     calibration::Verdict,
     ui::{
         SMALLEST, UiAction,
@@ -111,6 +114,37 @@ fn a_session_of_several_cameras_has_its_own_steps_and_formats() {
     assert_eq!(page.state().1.last(), Some(&UiAction::ExportOf(folder, 0)));
     for button in ["Show result", "Replay"] {
         assert!(page.query_by_role_and_label(Role::Button, button).is_none(), "{button}");
+    }
+}
+
+#[test]
+fn a_recording_is_found_by_browsing() {
+    let place = tempfile::tempdir().expect("a folder");
+    let session = place.path().join("bench").join("monday");
+    for folder in [&session, &place.path().join(".hidden")] {
+        std::fs::create_dir_all(folder).expect("made");
+    }
+    std::fs::write(session.join("session.toml"), "").expect("written");
+    let bench = place.path().join("bench");
+    assert_eq!(folders_in(place.path()), [(bench.clone(), false)]);
+    let path = place.path().display().to_string();
+    let mut page = page(Picker { path, ..Picker::default() });
+    page.run();
+    for (button, ask) in [
+        ("Browse…", UiAction::Browse(place.path().to_path_buf())),
+        ("bench", UiAction::Browse(bench.clone())),
+        ("Up", UiAction::Browse(place.path().to_path_buf())),
+        ("monday", UiAction::Replay(session)),
+    ] {
+        page.get_by_role_and_label(Role::Button, button).click();
+        page.run();
+        assert_eq!(page.state().1.last(), Some(&ask), "{button}");
+        // As the window does.
+        let listed = if button == "Browse…" { place.path() } else { &bench };
+        let picker = &mut page.state_mut().0;
+        picker.path = listed.display().to_string();
+        picker.inside = Some(folders_in(listed));
+        page.run();
     }
 }
 

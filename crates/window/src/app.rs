@@ -783,6 +783,7 @@ impl App {
             UiAction::Replay(folder) => {
                 self.shelf.open(&mut *self.host, &folder, Arc::clone(&self.wake));
             }
+            UiAction::Browse(folder) => self.shelf.look_into(&folder),
             UiAction::CloseRecording => {
                 self.shelf.close();
                 self.shelf.browse(&*self.host, Arc::clone(&self.wake));

@@ -51,6 +51,8 @@ pub enum UiAction {
     },
     /// Open the recording in the folder.
     Replay(std::path::PathBuf),
+    /// List the folders in the folder, to choose a recording.
+    Browse(std::path::PathBuf),
     /// Show the result of the session in the folder.
     ShowResult(std::path::PathBuf),
     /// Continue the session in the folder.

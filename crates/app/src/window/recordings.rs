@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::{
     JournalReading, REPORT_FILE, RESULT_FILE, RIG_REPORT, RIG_RESULT, SavedSession,
-    session::source::{PathKind, kind_of},
+    session::source::{PathKind, is_session, kind_of},
 };
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
@@ -103,6 +103,14 @@ pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
         .collect();
     found.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| other.folder.cmp(&one.folder)));
     found.into_iter().map(|(_, recording)| recording).take(MOST_OFFERED).collect()
+}
+
+/// Folders in `folder`, sorted, each with true if it holds a session. Without hidden ones.
+pub fn folders_in(folder: &Path) -> Vec<(PathBuf, bool)> {
+    let is_hidden =
+        |path: &Path| path.file_name().is_none_or(|name| name.as_encoded_bytes().starts_with(b"."));
+    let folders = entries(folder).into_iter().filter(|path| path.is_dir() && !is_hidden(path));
+    folders.map(|path| (path.clone(), is_session(&path))).collect()
 }
 
 /// JSON in `file`, if readable.

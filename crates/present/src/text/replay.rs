@@ -50,6 +50,19 @@ pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one belo
 pub const FOLDER_HINT: &str = "path of a session's folder";
 /// Button to open the folder.
 pub const OPEN: &str = "Open";
+/// Button to look for a session's folder.
+pub const BROWSE: &str = "Browse…";
+/// See [`BROWSE`].
+pub const BROWSE_TIP: &str = "List the folders in this folder. Sessions are bright.";
+/// Button to the folder around the listed one.
+pub const UP: &str = "Up";
+
+/// Tooltip of a listed folder.
+pub fn folder_tip(folder: &Path, is_session: bool) -> String {
+    let does = if is_session { "Open this session" } else { "Look into this folder" };
+    format!("{does}: {}", folder.display())
+}
+
 /// Heading of the list of sessions.
 pub const RECENT: &str = "Sessions";
 /// Note in place of an empty list of recordings.

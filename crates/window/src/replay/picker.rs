@@ -1,6 +1,9 @@
 //! Choice of the recording to open.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use egui::{
     Button, CentralPanel, Color32, Key, Label, Rect, RichText, ScrollArea, Sense, TextEdit,
@@ -17,12 +20,16 @@ use boresight_present::text::{Act, replay as words, sessions};
 
 /// Size of a session's picture.
 const PICTURE: Vec2 = vec2(128.0, 80.0);
+/// Largest height of the list of folders.
+const FOLDERS: f32 = 160.0;
 
 /// State of the page without an open recording.
 #[derive(Clone, Default)]
 pub struct Picker {
     /// Typed folder.
     pub path: String,
+    /// Folders in the typed one, true for a session; `None` before somebody browses.
+    pub inside: Option<Vec<(PathBuf, bool)>>,
     /// Recordings nearby, newest first.
     pub recordings: Vec<Recording>,
     /// Thumbnails of the recordings.
@@ -47,6 +54,7 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
                 ui.label(RichText::new(words::PICK).size(theme::VERDICT).strong());
                 ui.add_space(0.5 * theme::UNIT);
                 path(ui, picker, asks);
+                inside(ui, picker, asks);
                 opening(ui, picker);
             });
             ui.add_space(theme::UNIT);
@@ -183,5 +191,38 @@ fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
         if button.on_hover_text(words::FOLDER_TIP).clicked() || (enter && can) {
             asks.push(UiAction::Replay(picker.path.trim().into()));
         }
+        if ui.button(words::BROWSE).on_hover_text(words::BROWSE_TIP).clicked() {
+            // Where sessions are, if nobody names a folder.
+            let newest = picker.recordings.first().and_then(|it| it.folder.parent());
+            let typed = Some(picker.path.trim()).filter(|path| !path.is_empty());
+            let from = typed.map(Path::new).or(newest).unwrap_or(Path::new("."));
+            asks.push(UiAction::Browse(from.to_path_buf()));
+        }
+    });
+}
+
+/// Folders to look into, and sessions to open.
+fn inside(ui: &mut Ui, picker: &Picker, asks: &mut Vec<UiAction>) {
+    let Some(inside) = &picker.inside else { return };
+    let can_open = picker.opening.is_none();
+    ScrollArea::vertical().id_salt("inside").max_height(FOLDERS).show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            if let Some(above) = Path::new(&picker.path).parent()
+                && ui.button(words::UP).clicked()
+            {
+                asks.push(UiAction::Browse(above.to_path_buf()));
+            }
+            for (folder, is_session) in inside {
+                let name = folder.file_name().unwrap_or_default().to_string_lossy();
+                let name = RichText::new(name);
+                let name = if *is_session { name.strong() } else { name.weak() };
+                let button = ui.add_enabled(can_open || !is_session, Button::new(name));
+                if button.on_hover_text(words::folder_tip(folder, *is_session)).clicked() {
+                    let folder = folder.clone();
+                    let ask = if *is_session { UiAction::Replay } else { UiAction::Browse };
+                    asks.push(ask(folder));
+                }
+            }
+        });
     });
 }

@@ -12,7 +12,7 @@ use boresight_app::{
     explain::UserError,
     window::{
         host::{AppHost, Loading, SmallPictures, Wake},
-        recordings::DecidedRecording,
+        recordings::{DecidedRecording, folders_in},
     },
 };
 use boresight_present::text::replay as words;
@@ -38,6 +38,13 @@ impl RecordingBrowser {
         let folders = self.picker.recordings.iter().map(|recording| recording.folder.clone());
         let unseen = folders.filter(|folder| !self.picker.pictures.contains_key(folder)).collect();
         self.pictures = host.small_pictures(unseen, wake);
+    }
+
+    /// Lists the folders in `folder` beside the recordings.
+    pub(in super::super) fn look_into(&mut self, folder: &Path) {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        self.picker.path = folder.display().to_string();
+        self.picker.inside = Some(folders_in(&folder));
     }
 
     /// Notes a running session.
