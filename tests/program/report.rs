@@ -160,6 +160,8 @@ fn the_page_has_the_numbers_of_the_file() {
         .find_map(|(count, word)| (word == "corners,").then(|| count.parse().expect("a number")))
         .expect("corners");
     assert_eq!(shapes("chart-scatter", "circle"), corners);
+    assert_eq!(shapes("chart-radius", "circle"), corners);
+    assert_eq!(shapes("chart-radius", "polyline"), 3 * 8, "mean and RMS of eight rings");
     assert_eq!(shapes("chart-distance", "polyline"), 2);
     let cells = (shapes("chart-correlations", "polygon") as f64).sqrt();
     assert!(cells >= 3.0 && cells.fract() == 0.0, "{cells}");

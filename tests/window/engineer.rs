@@ -20,8 +20,8 @@ use crate::{
     matrix::{moment_of, page_at},
 };
 
-fn chart_of(page: &Harness<'_, Table>) -> Rect {
-    let start = format!("{}: ", Chart::Views.name());
+fn chart_of(page: &Harness<'_, Table>, chart: Chart) -> Rect {
+    let start = format!("{}: ", chart.name());
     let is_chart = |label: Option<String>| label.is_some_and(|label| label.starts_with(&start));
     let mut images = page.get_all_by_role(Role::Image);
     images.find(|image| is_chart(image.accesskit_node().label())).expect("a chart").rect()
@@ -49,7 +49,7 @@ fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
     let mut page = page_at(Page::Result, &moment, (Theme::Dark, 1.0), size, false);
     page.state_mut().result.chart = Chart::Views;
     page.run();
-    let area = chart_of(&page);
+    let area = chart_of(&page, Chart::Views);
     let views = page.state().screen.snapshot.as_ref().expect("there").views.clone();
     let numbers: Vec<String> = views.iter().map(|view| view.number.to_string()).collect();
     page.state_mut().result.chosen = Some(views[3].number);
@@ -96,11 +96,21 @@ fn a_click_on_a_bar_or_a_board_chooses_the_view_in_every_chart() {
     assert_eq!(by_board.len(), numbers.len(), "each has a board to click: {by_board:?}");
     // One value: it stays in the other charts.
     let last = chosen(&page);
-    for chart in [Chart::Poses, Chart::Scatter, Chart::Residuals] {
+    for chart in [Chart::Poses, Chart::Scatter, Chart::Residuals, Chart::Radius] {
         page.state_mut().result.chart = chart;
         page.run();
         assert_eq!(chosen(&page), last, "{chart:?}");
     }
+    let area = chart_of(&page, Chart::Radius);
+    let mut by_corner = Vec::new();
+    for step in 0..400 {
+        let share = Vec2::new((step % 20) as f32 + 0.5, (step / 20) as f32 + 0.5) / 20.0;
+        click_at(&mut page, area.min + share * (area.size() - Vec2::new(0.0, 92.0)));
+        by_corner.push(chosen(&page));
+    }
+    by_corner.sort();
+    by_corner.dedup();
+    assert_eq!(by_corner.len(), numbers.len(), "each has a corner to click: {by_corner:?}");
     page.get_by_role_and_label(Role::Button, "Previous view").click();
     page.run();
     page.get_by_role_and_label(Role::Button, &format!("Leave out view {}", chosen(&page))).click();

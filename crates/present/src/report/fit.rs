@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     chart::{COLOURS, Canvas, Stroke},
-    reading::fit::{BARS, Histogram, SPAN, field, from_aside},
+    reading::fit::{BARS, Histogram, SPAN, field, from_aside, outwards, rings},
     text::charts::{self as words, Chart},
 };
 use boresight_formats::{CalibrationFile, LensEntry};
@@ -36,6 +36,7 @@ pub(super) fn section(report: &Report) -> String {
         ("chart-views", Chart::Views, bars(calibration)),
         ("chart-poses", Chart::Poses, poses(calibration, lens)),
         ("chart-scatter", Chart::Scatter, scatter(report)),
+        ("chart-radius", Chart::Radius, radius(report, lens)),
         ("chart-distance", Chart::Distance, distance(calibration, lens)),
         ("chart-correlations", Chart::Correlations, correlations(lens)),
     ];
@@ -178,6 +179,28 @@ fn scatter(report: &Report) -> Drawn {
         .collect();
     often.curve(&curve, Stroke { colour: WORST, width: 1.4, dash: 0 });
     Some((cloud.svg() + &often.svg(), format!("{}.", words::scatter(offs.len(), rms_px))))
+}
+
+/// Corner residuals outwards against the distance from the principal point, with rings.
+fn radius(report: &Report, lens: &LensEntry) -> Drawn {
+    let pp_px = lens.camera().pp_px;
+    let corners: Vec<[f64; 2]> =
+        arrows(report).iter().map(|(at, off)| outwards(&pp_px, at, off)).collect();
+    let rings = rings(corners.clone());
+    let (far_px, most_px) = (rings.last()?.to_px, corners.iter().map(|it| it[1].abs()));
+    let most_px = most_px.fold(0.0, f64::max);
+    let ends = [Point2::new(0.0, -most_px), Point2::new(far_px, most_px)];
+    let mut canvas = Canvas::chart(&ends, words::RADIUS_AXES, Chart::Radius.name());
+    for corner in corners.iter().step_by(corners.len().div_ceil(MOST_ARROWS)) {
+        canvas.dot(Point2::from(*corner), 0.9);
+    }
+    for ring in &rings {
+        for (off_px, dash) in [(ring.mean_px, 0), (ring.rms_px, 1), (-ring.rms_px, 1)] {
+            let ends = [ring.from_px, ring.to_px].map(|px| Point2::new(px, off_px));
+            canvas.curve(&ends, Stroke { colour: WORST, width: 1.8, dash });
+        }
+    }
+    Some((canvas.svg(), format!("{}.", words::by_radius(&rings))))
 }
 
 /// Sideways error of a point against its distance: mean over the picture and worst place.

@@ -1,7 +1,7 @@
 //! The words of the charts on the result page and in the report.
 
 use super::view_name;
-use crate::chart::Axes;
+use crate::{chart::Axes, reading::fit::Ring};
 use boresight_guide::session::ViewNumber;
 
 /// Chart of the result page.
@@ -26,6 +26,8 @@ pub enum Chart {
     Poses,
     /// Cloud and histogram of the residuals.
     Scatter,
+    /// Residuals against the distance from the principal point.
+    Radius,
     /// Uncertainty of a point against its distance.
     Distance,
     /// Correlations of the lens parameters.
@@ -37,9 +39,10 @@ impl Chart {
     pub const PLAIN: [Self; 5] =
         [Self::Uncertainty, Self::Views, Self::Poses, Self::Undistorted, Self::Change];
     /// Charts for engineers.
-    pub const EXPERT: [Self; 6] = [
+    pub const EXPERT: [Self; 7] = [
         Self::Residuals,
         Self::Scatter,
+        Self::Radius,
         Self::Distance,
         Self::Correlations,
         Self::Lines,
@@ -58,6 +61,7 @@ impl Chart {
             Self::Views => "Fit of views",
             Self::Poses => "Poses",
             Self::Scatter => "Scatter",
+            Self::Radius => "From the middle out",
             Self::Distance => "At a distance",
             Self::Correlations => "Correlations",
         }
@@ -91,6 +95,9 @@ impl Chart {
             Self::Scatter => {
                 "How far each corner is off, and how often. It should be a round cloud, and bars that follow the curve."
             }
+            Self::Radius => {
+                "How far each corner is off towards the picture's edge, by its distance from the principal point. Solid: mean of a ring, should be near zero, else the lens model misses something there. Dashed: RMS."
+            }
             Self::Distance => {
                 "How far a point at that distance may be beside where the camera says (1 sd), by the lens alone."
             }
@@ -112,6 +119,9 @@ pub const VIEWS_AXES: Axes<'_> = Axes { x: "view", y: "RMS in px", pixels: false
 pub const OFF_AXES: Axes<'_> = Axes { x: "x off in px", y: "y off in px", pixels: true };
 /// Axes of the histogram of residuals.
 pub const OFTEN_AXES: Axes<'_> = Axes { x: "x or y off in px", y: "how often", pixels: false };
+/// Axes of the residuals from the middle out.
+pub const RADIUS_AXES: Axes<'_> =
+    Axes { x: "px from the principal point", y: "off outwards in px", pixels: false };
 /// Axes of the uncertainty at a distance.
 pub const DISTANCE_AXES: Axes<'_> =
     Axes { x: "distance in m", y: "off to the side in mm", pixels: false };
@@ -176,6 +186,18 @@ pub fn per_view(times: f64) -> String {
 /// Note below the cloud of residuals.
 pub fn scatter(corners: usize, rms_px: f64) -> String {
     format!("{corners} corners, {rms_px:.3} px RMS; rings at 1 and 2 times that")
+}
+
+/// Note below the residuals from the middle out.
+pub fn by_radius(rings: &[Ring]) -> String {
+    let [Some(inner), Some(outer)] = [rings.first(), rings.last()] else { return String::new() };
+    let means = rings.iter().map(|ring| ring.mean_px.abs());
+    format!(
+        "{:.3} px RMS in the middle, {:.3} px outermost; a ring's mean is off by up to {:.3} px",
+        inner.rms_px,
+        outer.rms_px,
+        means.fold(0.0, f64::max)
+    )
 }
 
 /// Note below the drawing of the poses.

@@ -14,7 +14,7 @@ use super::{
         screen::Screen,
         theme,
     },
-    correlations, distance, poses,
+    correlations, distance, poses, radius,
     result_page::ResultPage,
     scatter, view_bars,
 };
@@ -53,7 +53,10 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage, asks: &
     }
     let both = (snapshot, calibration);
     let place = view_bars::place_of(*chosen, both);
-    if matches!(chart, Chart::Views | Chart::Poses | Chart::Scatter | Chart::Residuals) {
+    if matches!(
+        chart,
+        Chart::Views | Chart::Poses | Chart::Scatter | Chart::Residuals | Chart::Radius
+    ) {
         choose_view(ui, chosen, (place, snapshot), asks);
     }
     let place = place.unwrap_or_default();
@@ -90,6 +93,11 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage, asks: &
             note
         }
         Chart::Scatter => scatter::draw(&painter, within, place, both),
+        Chart::Radius => {
+            let (note, corner) = radius::draw(&painter, within, at, both);
+            clicked = corner;
+            note
+        }
         Chart::Distance => distance::draw(&painter, within, calibration),
         Chart::Correlations => correlations::draw(&painter, within, calibration),
         Chart::Uncertainty => {

@@ -8,6 +8,7 @@ mod correlations;
 mod distance;
 mod error_lines;
 mod poses;
+mod radius;
 mod result_page;
 mod scatter;
 mod state;
