@@ -16,7 +16,7 @@ use boresight_terminal::{print, say};
 
 /// List cameras with stable names, modes and controls.
 ///
-/// Also lists the limits of each backend.
+/// With `--json`, also lists the limits of each backend.
 ///
 /// Cameras are identified by USB vendor, product and serial number, identical cameras by USB port,
 /// and machine-vision cameras on the network by serial number, so the name stays valid after a
@@ -51,22 +51,14 @@ impl Arguments {
     }
 }
 
-/// Prints the cameras, and the limits of the backends.
+/// Prints the cameras, and other devices with the reason for leaving them out.
 fn tell(found: &Devices) {
     let cameras = found.cameras.iter().flat_map(|(_, lines)| lines);
     cameras.for_each(|line| say(line));
     if found.cameras.is_empty() {
-        let (cause, action) = ("No camera found", words::fault(Fault::NotFound).1);
-        say(&format!("{}: {cause}. {action}", Fault::NotFound.code()));
+        say(&format!("{}: {}", Fault::NotFound.code(), words::NO_CAMERA));
     }
     found.others.iter().filter_map(|(_, line)| line.as_ref()).for_each(|line| say(line));
-    for (index, backend) in camera::backends().enumerate() {
-        let default = if index == 0 { ", the default" } else { "" };
-        say(&format!("backend {}{default}: {}. Limits:", backend.name, backend.is));
-        for limit in backend.limits() {
-            say(&format!("  - {limit}"));
-        }
-    }
 }
 
 fn file(found: Devices) -> DevicesFile {

@@ -87,7 +87,7 @@ pub struct TargetBoard {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square or tag, or the distance of rows of circles.
+    /// Side of a square or tag, or spacing between rows of circles.
     pub square_mm: f64,
     /// Dictionary of a ChArUco board's markers, or of an AprilGrid's tags; null on a plain board.
     pub dictionary: Option<String>,

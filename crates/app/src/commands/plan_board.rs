@@ -209,11 +209,7 @@ impl BoardPlan {
             let ([width_mm, height_mm], square_mm) = (enough.board_mm, enough.square_mm);
             format!("{width_mm:.0} x {height_mm:.0} mm ({square_mm:.0} mm squares)")
         });
-        lines.extend(
-            enough.as_ref().map(|size| {
-                format!("The smallest board that is expected to be enough has {size}.")
-            }),
-        );
+        lines.extend(enough.as_ref().map(|size| format!("You need about {size}.")));
         let board = &self.filling.board;
         lines.push(match (&self.smallest, enough) {
             (Some(paper), _) => format!(

@@ -3,6 +3,10 @@
 use boresight_geometry::device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode};
 use boresight_guide::session::{CameraState, Stream};
 
+/// Answer to the question for cameras, without any.
+pub const NO_CAMERA: &str =
+    "No camera found. Plug one in, or try `boresight demo`, which simulates one.";
+
 /// Meaning of a fault, and the next action.
 pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     match fault {

@@ -180,7 +180,7 @@ pub const NEXT: &str = "Next view";
 
 /// Note below the bars: distance of the worst view from the rest.
 pub fn per_view(times: f64) -> String {
-    format!("The worst view has {times:.1} times the usual residual")
+    format!("The largest error is {times:.1} times the usual one")
 }
 
 /// Note below the cloud of residuals.

@@ -1,12 +1,12 @@
 //! Sentences around the demonstration.
 
 /// Sentence before the demonstration.
-pub const BEGINNING: &str = "SIMULATED: a simulated person follows the guidance in front of a simulated webcam. What you read is what a person reads and hears with a real one.";
+pub const BEGINNING: &str =
+    "SIMULATED: person, board and webcam. You read what a person reads and hears.";
 
 /// Sentence before the demonstration of several cameras.
-pub const BEGINNING_RIG: &str = "\
-SIMULATED: a board on a tripod in front of two simulated cameras, 120 mm apart. What you read is \
-what a person reads and hears with real ones.";
+pub const BEGINNING_RIG: &str =
+    "SIMULATED: two cameras, 120 mm apart, and a board on a tripod. You read what a person does.";
 
 /// Sentence after the result.
 pub const WHAT_NOW: &str = "\

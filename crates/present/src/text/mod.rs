@@ -159,7 +159,7 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::TellsLittle { worth, wanted } => {
             let (worth, least) = apart(100.0 * worth, 100.0 * wanted, 0);
             format!(
-                "Match the outline: this view is worth {worth} % of that one (at least {least} %)"
+                "Not close enough to the outline: worth {worth} % of that view (at least {least} %)"
             )
         }
         Refusal::Inconsistent { sigmas, wanted } => {
@@ -170,7 +170,7 @@ pub fn refusal(refusal: &Refusal) -> String {
         }
         Refusal::Moving { speed_px_per_s: Some(speed_px_per_s), wanted_px_per_s, .. } => {
             let (speed, most) = apart(speed_px_per_s, wanted_px_per_s, 0);
-            format!("Hold still: {speed} px/s (a calm hand stays below {most} px/s)")
+            format!("Too fast: {speed} px/s (a calm hand stays below {most} px/s)")
         }
         Refusal::Moving { speed_px_per_s: None, .. } => "Hold still".into(),
         Refusal::Holding { progress } => format!("Hold still: {}", percent(progress)),

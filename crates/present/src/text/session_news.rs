@@ -40,7 +40,7 @@ pub fn coarse_corners(snapshot: &Snapshot) -> Option<String> {
     let why = why_coarse(calibration.noise_px, snapshot.moved_px, goal_px)?;
     let is_alone = has_goal && calibration.acceptance.is_none();
     is_alone.then(|| {
-        format!("{why} Knowing the principal point to {} takes more views so.", px(goal_px))
+        format!("{why} Otherwise, a principal point of ±{} takes more views.", px(goal_px))
     })
 }
 

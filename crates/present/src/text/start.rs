@@ -319,7 +319,7 @@ pub fn switched(
 
 /// Action for squares of another size than the session assumes.
 const IF_NOT: &str =
-    "If not, the lens is right all the same; change it on the start page before the next session";
+    "A wrong size changes distances, not the lens; set it on the start page of the next session";
 
 /// Board as named by a printed code; `id` is empty without a code.
 pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> String {

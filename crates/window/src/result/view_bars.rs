@@ -64,7 +64,7 @@ pub(super) fn draw(
     let ends = [pos2(inner.left(), y), pos2(inner.right(), y)];
     painter.extend(Shape::dashed_line(&ends, Stroke::new(1.5, theme::AMBER), 6.0, 4.0));
     let all = words::all_views(calibration.rms_px);
-    painter.text(ends[1], Align2::RIGHT_BOTTOM, all, font, theme::AMBER);
+    painter.text(ends[1] - vec2(0.0, 3.0), Align2::RIGHT_BOTTOM, all, font, theme::AMBER);
     let said = words::per_view(most_px / calibration.rms_px.max(1e-12));
     (format!("{said}; {}", words::CLICK), clicked)
 }
