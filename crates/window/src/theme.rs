@@ -170,6 +170,8 @@ pub fn apply(ctx: &Context) {
             visuals.widgets.noninteractive.fg_stroke.color = words;
             visuals.widgets.inactive.fg_stroke.color = words;
             visuals.weak_text_alpha = 0.8;
+            visuals.disabled_alpha = 0.7;
+            visuals.hyperlink_color = if dark { LIVE } else { Color32::from_rgb(11, 92, 173) };
             visuals.panel_fill = Color32::TRANSPARENT;
             visuals.faint_bg_color = Color32::from_gray(if dark { 34 } else { 255 });
             // A field is seen on a card, too.
@@ -328,6 +330,32 @@ mod tests {
                 assert!(rim.width >= 1.0 && found >= 3.0, "{theme:?} on {behind:?}: {found}");
             }
         }
+    }
+
+    #[test]
+    fn links_and_buttons_that_cannot_be_pressed_are_read_in_both_themes() {
+        let ctx = Context::default();
+        apply(&ctx);
+        let mut lowest = [f64::INFINITY; 2];
+        let mut note = |index: usize, found: f64| lowest[index] = found.min(lowest[index]);
+        for theme in [Theme::Dark, Theme::Light] {
+            let visuals = ctx.style_of(theme).visuals.clone();
+            let faded = |color: Color32, behind: Color32| {
+                behind.lerp_to_gamma(color, visuals.disabled_alpha)
+            };
+            for behind in [ground(&visuals), visuals.faint_bg_color] {
+                note(0, contrast(visuals.hyperlink_color, behind));
+                for widget in [visuals.widgets.inactive, visuals.widgets.noninteractive] {
+                    let fill = faded(widget.weak_bg_fill, behind);
+                    note(1, contrast(faded(widget.fg_stroke.color, fill), fill));
+                }
+            }
+            // The start page's main button.
+            let fill = faded(Color32::WHITE, BAND);
+            note(1, contrast(faded(BAND, fill), fill));
+        }
+        println!("links {:.2}, disabled {:.2}", lowest[0], lowest[1]);
+        assert!(lowest.iter().all(|lowest| *lowest >= 4.5), "{lowest:?}");
     }
 
     #[test]
