@@ -55,6 +55,20 @@ fn a_good_result_is_a_word_a_number_and_a_certificate() {
 }
 
 #[test]
+fn the_main_action_is_the_remedy_that_the_sentence_names() {
+    let mut page = card("done care", SMALLEST);
+    click(&mut page, Role::Button, "Start again");
+    let snapshot = page.state_mut().screen.snapshot.as_mut().expect("there");
+    let calibration = snapshot.calibration.as_deref().expect("there").clone();
+    let few = FindingCode::FewViews { distinct: 3, wanted: 4 };
+    let findings = vec![Finding { code: few, severity: Severity::Care }];
+    snapshot.calibration = Some(Arc::new(Calibration { findings, ..calibration }));
+    page.run();
+    click(&mut page, Role::Button, "Take two more");
+    assert_eq!(page.state().asks, [UiAction::Act(Act::New), UiAction::TakeMore]);
+}
+
+#[test]
 fn nothing_praises_a_result_that_is_not_trustworthy() {
     let mut page = card("done untrustworthy", SMALLEST);
     page.get_by_label("Not trustworthy");

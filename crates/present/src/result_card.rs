@@ -51,6 +51,11 @@ impl ResultCard {
         Some(Self::of_result(snapshot.calibration.as_deref()?, &snapshot.limits, &number))
     }
 
+    /// True if the action is to start over, so that more views of this session won't help.
+    pub fn starts_over(&self) -> bool {
+        ["start over.", "take the views again."].iter().any(|end| self.action.ends_with(end))
+    }
+
     /// Card of `calibration`; `number` is that of the view at a place.
     pub fn of_result(
         calibration: &Calibration,

@@ -184,10 +184,11 @@ impl Page<'_> {
                 (report.map(|file| (certificate, UiAction::Show(file.clone()))), Some(more()))
             }
             Grade::Care => {
-                (Some(more()), report.map(|file| (certificate, UiAction::Show(file.clone()))))
+                let main = if self.card.starts_over() { again() } else { more() };
+                (Some(main), report.map(|file| (certificate, UiAction::Show(file.clone()))))
             }
             Grade::Unfinished => (Some(more()), None),
-            Grade::NotTrustworthy => (Some((words::START_AGAIN, UiAction::Act(Act::New))), None),
+            Grade::NotTrustworthy => (Some(again()), None),
         };
         if let Some((words, ask)) = main {
             let (fill, ink) = if ui.visuals().dark_mode {
@@ -342,6 +343,10 @@ impl Page<'_> {
 
 fn more() -> (&'static str, UiAction) {
     (words::TAKE_MORE, UiAction::TakeMore)
+}
+
+fn again() -> (&'static str, UiAction) {
+    (words::START_AGAIN, UiAction::Act(Act::New))
 }
 
 pub(crate) fn color(ui: &Ui, grade: Grade) -> Color32 {
