@@ -67,6 +67,7 @@ pub(super) fn chip(
                 ui.allocate_ui_with_layout(row, layout, |ui| {
                     let board = trouble.board.filter(|_| !screen.is_recorded);
                     if let Some(board) = board {
+                        ui.spacing_mut().button_padding.x = 2.0 * theme::UNIT;
                         let label = RichText::new(words::use_board(&board));
                         let label = label.font(theme::headline(larger * theme::TITLE));
                         let button = Button::new(label.color(theme::BAND)).fill(Color32::WHITE);
@@ -74,6 +75,7 @@ pub(super) fn chip(
                         if ui.add(button.min_size(Vec2::new(0.0, 48.0))).clicked() {
                             asks.push(UiAction::UseBoard(board));
                         }
+                        ui.add_space(theme::UNIT);
                     }
                     ui.vertical(|ui| {
                         let what = RichText::new(&trouble.what).size(larger * theme::TITLE);

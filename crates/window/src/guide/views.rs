@@ -16,7 +16,10 @@ pub(super) const PANEL: f32 = 92.0;
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     if snapshot.views.is_empty() {
-        ui.label(RichText::new(words::NO_VIEWS).weak());
+        // Not below a request for something else.
+        if screen.instruction().is_some_and(|instruction| instruction.card.is_some()) {
+            ui.label(RichText::new(words::NO_VIEWS).weak());
+        }
         return;
     }
     let mirrored = screen.preferences.mirrored;
