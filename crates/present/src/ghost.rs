@@ -1,15 +1,18 @@
 //! The requested pose of the board as a card in space: pixels of its parts, and closeness of the
 //! live board.
 
-use nalgebra::{Isometry3, Point2, Point3, Vector2};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2};
 
-use boresight_geometry::{Camera, Corner, boards::Board, fit_pose};
+use boresight_geometry::{Camera, Corner, Homography, boards::Board, fit_pose};
 
 /// White margin around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
 /// Points per side of the card; a lens bends its sides, a fisheye lens most.
 const RIM_STEPS: usize = 4;
 const FISHEYE_RIM_STEPS: usize = 12;
+/// Distance of a rim's corner, through a lens and straight on from the inner corners, beyond which
+/// the lens is too little known there, as a share of the board's longest diagonal.
+const ASTRAY: f64 = 0.25;
 /// Length of the arrow relative to the distance from centre to edge, and its sideways bend.
 const ARROW: [f64; 2] = [0.8, 0.35];
 
@@ -41,6 +44,8 @@ pub struct Card {
     half_m: [f64; 2],
     /// Half width and half height of the inner corners.
     inner_half_m: [f64; 2],
+    /// Map from the board to pixels without distortion, in place of a lens that leads astray.
+    flat: Option<Matrix3<f64>>,
     /// Points around a board that is seen; `None` to draw them through the lens.
     rim_px: Option<[Point2<f64>; 4 * FISHEYE_RIM_STEPS]>,
 }
@@ -63,7 +68,25 @@ impl Card {
         let cam_from_board = fit_pose(lens, &points, &corners).ok()?.cam_from_board;
         let half_m = board.target().size_m().map(|side_m| 0.5 * side_m + MARGIN * board.square_m());
         let inner_half_m = points[2].coords.into();
-        Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m, rim_px: None })
+        let (lens, flat, rim_px) = (*lens, None, None);
+        let card = Self { cam_from_board, lens, half_m, inner_half_m, flat, rim_px };
+        Some(Self { flat: card.straight_on(&points, &corners), ..card })
+    }
+
+    /// Homography through the inner corners, if the lens leads the rim's corners astray: a lens of
+    /// few views is a guess beyond them.
+    fn straight_on(&self, points_m: &[Point2<f64>], inner: &[Corner; 4]) -> Option<Matrix3<f64>> {
+        let flat = *Homography::fit(points_m, inner).ok()?.image_from_board();
+        let [x, y] = self.half_m;
+        let rim = [(-x, -y), (x, -y), (x, y), (-x, y)];
+        let span_px = (inner[0].px - inner[2].px).norm().max((inner[1].px - inner[3].px).norm());
+        let mut astray = false;
+        for (x, y) in rim {
+            let straight = mapped(&flat, x, y)?;
+            let seen = self.seen_px(x, y);
+            astray |= seen.is_none_or(|px| (px - straight).norm() > ASTRAY * span_px);
+        }
+        astray.then_some(flat)
     }
 
     /// Card of the board that is seen with its inner corners at `corners_px`. Its rim follows their
@@ -156,7 +179,10 @@ impl Card {
     }
 
     fn seen_px(&self, x_m: f64, y_m: f64) -> Option<Point2<f64>> {
-        self.px(&Point3::new(x_m, y_m, 0.0))
+        match &self.flat {
+            Some(flat) => mapped(flat, x_m, y_m),
+            None => self.px(&Point3::new(x_m, y_m, 0.0)),
+        }
     }
 
     /// Points around the card, clockwise from its first corner, equally many per side: pixel and
@@ -207,6 +233,12 @@ impl Card {
             })
             .collect()
     }
+}
+
+/// Pixel of a point on the board by a homography; `None` behind the camera.
+fn mapped(image_from_board: &Matrix3<f64>, x_m: f64, y_m: f64) -> Option<Point2<f64>> {
+    let at = image_from_board * Point2::new(x_m, y_m).to_homogeneous();
+    (at.z > 0.0).then(|| Point2::from(at.xy() / at.z))
 }
 
 /// First of three of `count` nodes near `at`, and the weights of a parabola through them there.
@@ -285,6 +317,29 @@ mod tests {
             let square_px = (corners[0] - corners[1]).norm();
             assert!(seen < 0.35 * square_px, "{seen} of {square_px} px");
             assert!(through_guess > 3.0 * seen, "{through_guess} {seen}");
+        }
+    }
+
+    /// A fisheye lens after two views, taken for a perspective one, and the pose asked for then.
+    #[test]
+    fn a_lens_of_two_views_does_not_lead_the_rim_astray() {
+        let board = Board::new(9, 6, 0.025).expect("valid");
+        let lens = Camera {
+            distortion: Distortion { k1: -0.21493, k2: 0.03098, ..Distortion::default() },
+            ..Camera::pinhole(469.59, Point2::new(665.08, 481.58))
+        };
+        let rim_px = [(91.0, 543.0), (1239.0, 543.0), (928.0, 699.0), (402.0, 699.0)];
+        let in_board_m = board.corners_in_board_m();
+        let points = board.target().rim().map(|at| in_board_m[at]);
+        let corners = rim_px.map(|(x, y)| Corner::isotropic(Point2::new(x, y), 1.0));
+        let flat = Homography::fit(&points, &corners).expect("a square");
+        let ghost: Vec<_> = in_board_m.iter().map(|at| flat.map(at).expect("in front")).collect();
+        for card in [Card::new, Card::seen] {
+            let card = card(&ghost, &board, &lens).expect("a board");
+            for (px, _) in card.corners().expect("in front") {
+                let off_px = ghost.iter().map(|at| (at - px).norm()).fold(f64::MAX, f64::min);
+                assert!(off_px < 1000.0, "{px}: {off_px}");
+            }
         }
     }
 
