@@ -114,18 +114,23 @@ impl Look<'_> {
         )
     }
 
-    /// Pixels of `area` with more than a tint of `above`.
-    fn tinted(&self, area: Rect, above: u8, but: Option<Rect>) -> Vec<Point2<f64>> {
-        let mut found = Vec::new();
-        for y in area.top() as u32..area.bottom() as u32 {
-            for x in area.left() as u32..area.right() as u32 {
-                let at = egui::pos2(x as f32 + 0.5, y as f32 + 0.5);
-                if but.is_none_or(|but| !but.contains(at)) && self.tint(at.x, at.y) > above {
-                    found.push(Point2::new(f64::from(at.x), f64::from(at.y)));
-                }
-            }
-        }
-        found
+    /// Pixels of the rim in the picture: from amber to almost green.
+    fn rim_in_the_picture(&self) -> Vec<Point2<f64>> {
+        let area = self.picture;
+        let is_rim = |x: u32, y: u32| {
+            let [r, g, b] = [0, 1, 2].map(|i| u32::from(self.painted.get_pixel(x, y).0[i]));
+            r.max(g) > 90 && 10 * b < 7 * r.max(g) && 2 * r.min(b) < r.max(g) && 3 * r > g
+        };
+        (area.top() as u32..area.bottom() as u32)
+            .flat_map(|y| (area.left() as u32..area.right() as u32).map(move |x| (x, y)))
+            .filter(|(x, y)| is_rim(*x, *y) && self.is_visible(pos2(*x as f32, *y as f32)))
+            .map(|(x, y)| Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
+            .collect()
+    }
+
+    /// True in the picture beside the board in the air.
+    fn is_visible(&self, at: egui::Pos2) -> bool {
+        self.picture.contains(at) && !self.disc.contains(at)
     }
 
     /// Pixels of the rim in the disc, not those of the ring.
@@ -151,10 +156,9 @@ impl Look<'_> {
         if corners.iter().all(|at| self.tint(at.x, at.y) > 12) {
             return Sight::Flash;
         }
-        let seen = self.tinted(picture, 12, Some(self.disc));
+        let seen = self.rim_in_the_picture();
         let outline = hull(seen.clone());
-        // The outline of a held board is tinted, too, and empty.
-        if outline.len() < 3 || (seen.len() as f64) < 0.5 * area(&outline) {
+        if outline.len() < 3 {
             return Sight::Nothing;
         }
         // A small board in the air tells the shape of a card that is cut off by the picture's edge.
@@ -162,45 +166,45 @@ impl Look<'_> {
             seen.iter().any(|at| !picture.shrink(3.0).contains(pos2(at.x as f32, at.y as f32)));
         let card = if is_cut {
             let small = hull(self.amber_in_the_disc());
-            quad(small, self.disc).and_then(|small| self.placed(&small, self.disc))
+            quad(small, self.disc).map(|small| self.placed(&small, &seen))
         } else {
             quad(outline, picture)
         };
         card.map_or(Sight::Nothing, Sight::Card)
     }
 
-    /// The inset's small card, scaled and placed to match the visible part in the picture.
-    fn placed(&self, small: &Quad, inset: Rect) -> Option<Quad> {
-        let step = 6;
-        let samples: Vec<(Point2<f64>, bool)> = (self.picture.top() as u32
-            ..self.picture.bottom() as u32)
-            .step_by(step)
-            .flat_map(|y| {
-                (self.picture.left() as u32..self.picture.right() as u32)
-                    .step_by(step)
-                    .map(move |x| (x, y))
-            })
-            .map(|(x, y)| egui::pos2(x as f32 + 0.5, y as f32 + 0.5))
-            .filter(|at| !inset.contains(*at))
-            .map(|at| (Point2::new(f64::from(at.x), f64::from(at.y)), self.tint(at.x, at.y) > 12))
-            .collect();
+    /// The small card in the air, scaled and placed such that its rim is where rims are `seen`.
+    fn placed(&self, small: &Quad, seen: &[Point2<f64>]) -> Quad {
+        let seen: Vec<&Point2<f64>> = seen.iter().step_by(seen.len().div_ceil(250)).collect();
         let middle = Point2::from(small.iter().map(|at| at.coords).sum::<Vector2<f64>>() / 4.0);
         let large = |[scale, x, y]: [f64; 3]| {
             small.map(|at| Point2::new(x, y) + (at - middle) * scale.exp())
         };
+        // 1 for nothing off, a half for 8 px.
+        let near = |off_px: f64| 1.0 / (1.0 + off_px / 8.0);
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            let (sum, count) = values.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+            sum / f64::max(count, 1.0)
+        };
         let common = |place: [f64; 3]| {
             let card = large(place);
-            let (mut both, mut either) = (0, 0);
-            for (at, is_tinted) in &samples {
-                let inside =
-                    (0..4).all(|i| cross(card[(i + 1) % 4] - card[i], at - card[i]) >= 0.0);
-                both += u32::from(inside && *is_tinted);
-                either += u32::from(inside || *is_tinted);
-            }
-            f64::from(both) / f64::from(either.max(1))
+            let sides = [0, 1, 2, 3].map(|i| (card[i], card[(i + 1) % 4] - card[i]));
+            let from_side = |at: &Point2<f64>, (from, way): &(Point2<f64>, Vector2<f64>)| {
+                let along = ((at - from).dot(way) / way.norm_squared()).clamp(0.0, 1.0);
+                (at - (from + way * along)).norm()
+            };
+            let explained = mean(&mut seen.iter().map(|at| {
+                near(sides.iter().map(|side| from_side(at, side)).fold(f64::MAX, f64::min))
+            }));
+            let along = sides
+                .iter()
+                .flat_map(|(from, way)| (0..32).map(move |i| from + way * (f64::from(i) / 32.0)));
+            let visible = along.filter(|at| self.is_visible(pos2(at.x as f32, at.y as f32)));
+            let found = mean(&mut visible.map(|at| {
+                near(seen.iter().map(|pixel| (at - **pixel).norm()).fold(f64::MAX, f64::min))
+            }));
+            explained.min(found)
         };
-        let seen: Vec<&Point2<f64>> =
-            samples.iter().filter(|(_, t)| *t).map(|(at, _)| at).collect();
         let reach = |axis: usize| {
             let values = seen.iter().map(|at| at[axis]);
             (values.clone().fold(f64::MAX, f64::min), values.fold(f64::MIN, f64::max))
@@ -209,7 +213,13 @@ impl Look<'_> {
         let half = |axis: usize| {
             small.iter().map(|at| (at[axis] - middle[axis]).abs()).fold(0.0, f64::max)
         };
-        let mut best = (0.0, [0.0; 3]);
+        // Who sees too little of the rim fills the picture with the board.
+        let picture = self.picture;
+        let scale = (picture.width() / (2.0 * half(0) as f32))
+            .min(picture.height() / (2.0 * half(1) as f32));
+        let (x, y) = (f64::from(picture.center().x), f64::from(picture.center().y));
+        let filling = [f64::from(scale).ln(), x, y];
+        let mut best = (common(filling), filling);
         for step in 0..16 {
             let scale = 0.4 + 0.15 * f64::from(step);
             let places = |(from, to): (f64, f64), half: f64| {
@@ -242,6 +252,6 @@ impl Look<'_> {
                 steps = steps.map(|step| 0.6 * step);
             }
         }
-        (best.0 > 0.5).then(|| large(best.1))
+        large(if best.0 > 0.5 { best.1 } else { filling })
     }
 }

@@ -30,8 +30,6 @@ pub struct Part {
 /// without a graphics card.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dressing {
-    /// Part in another colour.
-    pub tint: Option<(Part, Color32)>,
     /// What is known of the picture: the rest is dim.
     pub known: Option<Arc<Known>>,
     /// Part that is never dim.
@@ -168,11 +166,8 @@ type Gains = [u32; GAINS[0]];
 
 /// Colours the pixels of `image` with `dressing`, by the `gains` of its map.
 fn color(pixels: &mut [Color32], image: &GrayImage, dressing: &Dressing, gains: Option<&[Gains]>) {
-    let Dressing { tint, lit, is_shaded, .. } = dressing;
+    let Dressing { lit, is_shaded, .. } = dressing;
     let (width, height) = (image.width() as usize, image.height() as usize);
-    let mixed = tint.as_ref().map(|(_, color)| -> [Color32; 256] {
-        std::array::from_fn(|grey| Color32::from_gray(grey as u8).blend(*color))
-    });
     let rows = pixels.chunks_exact_mut(width).zip(image.as_raw().chunks_exact(width));
     for (y, (to, from)) in rows.enumerate() {
         let shade = if *is_shaded { shade((y as f32 + 0.5) / height as f32) } else { WHOLE };
@@ -186,15 +181,6 @@ fn color(pixels: &mut [Color32], image: &GrayImage, dressing: &Dressing, gains: 
         for [first, end] in lit.iter().filter(|_| gains.is_some()).flat_map(|it| it.runs(y, width))
         {
             times(&mut to[first..end], &from[first..end], shade);
-        }
-        if let Some(((part, _), mixed)) = tint.as_ref().zip(mixed.as_ref()) {
-            for [first, end] in part.runs(y, width) {
-                for (to, from) in to[first..end].iter_mut().zip(&from[first..end]) {
-                    let level = |level: u8| (u32::from(level) * shade / WHOLE) as u8;
-                    let [r, g, b, _] = mixed[usize::from(*from)].to_array();
-                    *to = Color32::from_rgb(level(r), level(g), level(b));
-                }
-            }
         }
     }
 }
@@ -312,25 +298,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tint_colours_the_pixels_inside_its_rim() {
+    fn a_lit_part_is_bright_inside_its_rim() {
         let image = GrayImage::from_fn(20, 10, |x, y| image::Luma([(10 * x + y) as u8]));
-        let color_of_all = |tint: Option<(Part, Color32)>| {
+        let dark = [[WHOLE / 2; GAINS[0]]; GAINS[1]];
+        let color_of_all = |lit: Option<Part>| {
             let mut pixels = vec![Color32::BLACK; 200];
-            color(&mut pixels, &image, &Dressing { tint, ..Dressing::default() }, None);
+            color(&mut pixels, &image, &Dressing { lit, ..Dressing::default() }, Some(&dark));
             pixels
         };
         let plain = color_of_all(None);
-        assert_eq!(plain[3 * 20 + 7], Color32::from_gray(73));
+        assert_eq!(plain[3 * 20 + 7], Color32::from_gray(36));
         // A quadrilateral with a side bent inwards, extending beyond the picture on the right.
         let rim = [[2.5, 1.5], [30.0, 1.5], [30.0, 7.5], [9.5, 4.4], [2.5, 7.5]];
         let rim_px: Vec<Point2<f64>> = rim.into_iter().map(Point2::from).collect();
-        let half = Color32::from_rgba_premultiplied(100, 50, 0, 128);
         let image_size = ImageSize { width_px: 20, height_px: 10 };
         let mut part = Part { rim_px, image_size };
-        let color_of_part = |part: &Part| color_of_all(Some((part.clone(), half)));
-        let tinted = color_of_part(&part);
-        let inside = |x: usize, y: usize| tinted[20 * y + x] != plain[20 * y + x];
-        assert_eq!(tinted[2 * 20 + 5], Color32::from_gray(52).blend(half));
+        let color_of_part = |part: &Part| color_of_all(Some(part.clone()));
+        let lit = color_of_part(&part);
+        let inside = |x: usize, y: usize| lit[20 * y + x] != plain[20 * y + x];
+        assert_eq!(lit[2 * 20 + 5], Color32::from_gray(52));
         for (x, y, is_inside) in [
             (2, 3, false),
             (3, 3, true),
@@ -348,7 +334,7 @@ mod tests {
         for px in &mut part.rim_px {
             *px = (*px * 4.0) + Vector2::new(1.5, 1.5);
         }
-        assert_eq!(color_of_part(&part), tinted);
+        assert_eq!(color_of_part(&part), lit);
         for nowhere in [f64::NAN, f64::INFINITY] {
             part.rim_px[2] = Point2::new(nowhere, nowhere);
             assert_eq!(color_of_part(&part)[0], plain[0]);

@@ -158,7 +158,6 @@ function draw() {
     // The card's rim, thick where it's near; its face leaves the picture clear.
     const near = Math.pow(close, 3), rgb = live.moment === 'match' ? approach(near) : AMBER;
     c.lineCap = c.lineJoin = 'round';
-    c.fillStyle = css(rgb, .2 - .1 * near); path(ghost.rim, true); c.fill();
     for (const [wider, style] of [[2 * unit, 'rgba(0,0,0,.7)'], [0, css(rgb)]]) {
       for (const [a, b] of around(ghost.rim)) {
         const nearness = (a[2] + b[2]) / 2;
@@ -217,7 +216,15 @@ function air() {
   const corners = rim => [0, 1, 2, 3].map(i => rim[i * rim.length / 4]).map(p => [flip * p[0], p[1], p[2]]);
   const bounds = quad => [0, 1].map(j => [Math.min(...quad.map(p => p[j])), Math.max(...quad.map(p => p[j]))]);
   const longest = quad => Math.max(1e-3, ...bounds(quad).map(([low, high]) => high - low));
-  const sized = (quad, reach) => { const k = reach / longest(quad), m = bounds(quad).map(([low, high]) => (low + high) / 2); return quad.map(p => [k * (p[0] - m[0]), k * (p[1] - m[1]), p[2]]); };
+  const sized = (quad, reach) => { const k = reach / longest(quad), m = bounds(quad).map(([low, high]) => (low + high) / 2); return widened(quad.map(p => [k * (p[0] - m[0]), k * (p[1] - m[1]), p[2]])); };
+  // A steep board is no sliver: it's stretched across its narrowest direction.
+  const widened = quad => {
+    const extent = ([x, y]) => { const all = quad.map(p => x * p[0] + y * p[1]); return Math.max(...all) - Math.min(...all); };
+    const across = (a, b) => { const [x, y] = [a[1] - b[1], b[0] - a[0]], far = Math.hypot(x, y) || 1; return [x / far, y / far]; };
+    const way = quad.flatMap((a, i) => quad.slice(i + 1).map(b => across(a, b))).reduce((a, b) => extent(b) < extent(a) ? b : a);
+    const more = Math.max(0, 60 / 165 * r / Math.max(1e-3, extent(way)) - 1), off = p => more * (way[0] * p[0] + way[1] * p[1]);
+    return quad.map(p => [p[0] + off(p) * way[0], p[1] + off(p) * way[1], p[2]]);
+  };
   let wanted = corners(ghost.rim), now3 = live.board && corners(live.board);
   // Attitudes are compared at one size, unless the size is what's wrong.
   const sign = (live.sign || [])[mirrored ? 1 : 0], sizes = now3 && sign && (sign.kind === 'nearer' || sign.kind === 'farther');

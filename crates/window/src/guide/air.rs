@@ -21,6 +21,8 @@ const REACH: f32 = 1.5;
 const SWING: [f64; 3] = [0.9, 1.1, 0.3];
 /// Smallest size of the present board beside the requested one.
 const SMALLEST: f32 = 0.45;
+/// Smallest width of a board as a share of the radius: a steeper one is drawn as wide.
+const NARROWEST: f32 = 60.0 / 165.0;
 /// Angle of a slot's arc.
 const ARC: f32 = 36.0 * std::f32::consts::PI / 180.0;
 /// Light of the far edge.
@@ -55,8 +57,9 @@ pub(super) fn paint(
     // Else only the attitudes are compared, at one size.
     let smaller = now.filter(|_| instruction.lacks == Some(Gauge::Size));
     let share = smaller.map_or(1.0, |now| (longest(&now) / longest(&wanted)).clamp(SMALLEST, 1.0));
-    let now = now.map(|now| sized(&now, REACH * radius * share));
-    let wanted = sized(&wanted, REACH * radius);
+    let drawn = |quad: &Quad, share: f32| widened(sized(quad, REACH * radius * share), radius);
+    let now = now.map(|now| drawn(&now, share));
+    let wanted = drawn(&wanted, 1.0);
     let is_still = painter.ctx().style_of(painter.ctx().theme()).animation_time == 0.0;
     let share = if is_still || now.is_none() { 1.0 } else { swing(screen.now_secs) };
     let shown = now.map_or(wanted, |now| between(&now, &wanted, share));
@@ -100,6 +103,20 @@ fn sized(quad: &Quad, reach: f32) -> Quad {
     let scale = reach / longest(quad);
     let middle = Rect::from_points(&quad.map(|(at, _)| at.to_pos2())).center().to_vec2();
     quad.map(|(at, near)| ((at - middle) * scale, near))
+}
+
+/// `quad` around the origin, stretched across its narrowest direction to [`NARROWEST`].
+fn widened(quad: Quad, radius: f32) -> Quad {
+    let extent = |across: Vec2| {
+        let along = quad.map(|(at, _)| at.dot(across));
+        along.into_iter().fold(f32::MIN, f32::max) - along.into_iter().fold(f32::MAX, f32::min)
+    };
+    // The narrowest direction is across a side or a diagonal.
+    let ways = (0..4).flat_map(|i| (i + 1..4).map(move |k| (quad[k].0 - quad[i].0).rot90()));
+    let across = ways.map(Vec2::normalized).min_by(|a, b| extent(*a).total_cmp(&extent(*b)));
+    let across = across.unwrap_or(Vec2::ZERO);
+    let more = (NARROWEST * radius / extent(across).max(1e-3) - 1.0).max(0.0);
+    quad.map(|(at, near)| (at + more * at.dot(across) * across, near))
 }
 
 fn between(from: &Quad, to: &Quad, share: f64) -> Quad {
@@ -186,5 +203,41 @@ fn ring(painter: &Painter, (middle, radius): (Pos2, f32), screen: &Screen, snaps
             pos2(middle.x + radius * turn.cos(), middle.y + radius * turn.sin())
         };
         painter.add(Shape::line((0..=12).map(at).collect(), Stroke::new(width * wide, color)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steep_board_is_no_sliver_and_shows_its_near_edge() {
+        const RADIUS: f32 = 165.0;
+        for (degrees, share) in (0..86).flat_map(|it| [(it, 1.0), (it, SMALLEST)]) {
+            for eighth in 0..8 {
+                // A board of 10 × 7 squares, 12.5 squares away, tipped around an axis.
+                let (sin, cos) = (degrees as f32).to_radians().sin_cos();
+                let axis = Vec2::angled(eighth as f32 * std::f32::consts::FRAC_PI_4);
+                let corner = |x: f32, y: f32| {
+                    let at = vec2(5.4 * x, 3.9 * y);
+                    let (along, aside) = (at.dot(axis), at.dot(axis.rot90()));
+                    let depth = 12.5 + aside * sin;
+                    ((along * axis + aside * cos * axis.rot90()) / depth, -depth)
+                };
+                let seen =
+                    [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                let board = widened(sized(&seen, REACH * RADIUS * share), RADIUS);
+                let narrowest = (0..180).map(|turn| {
+                    let across = Vec2::angled((turn as f32).to_radians());
+                    let along = board.map(|(at, _)| at.dot(across));
+                    along.into_iter().fold(f32::MIN, f32::max)
+                        - along.into_iter().fold(f32::MAX, f32::min)
+                });
+                let narrowest = narrowest.fold(f32::MAX, f32::min);
+                assert!(narrowest > 59.5, "{degrees}° {eighth} {share}: {narrowest}");
+                let reach = board.map(|(at, _)| at.length()).into_iter().fold(0.0, f32::max);
+                assert!(reach < 0.93 * RADIUS, "{degrees}° {eighth} {share}: {reach}");
+            }
+        }
     }
 }

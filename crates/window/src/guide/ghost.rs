@@ -13,9 +13,6 @@ use boresight_present::{
     instruction::{Instruction, Moment},
 };
 
-/// Opacity of the card while the board is far away, and on the board, where the board itself must
-/// be seen.
-const OPACITY: [f32; 2] = [0.2, 0.1];
 /// Width of the rim at the far and at the near edge, in a picture 720 points high.
 const RIM: [f32; 2] = [3.0, 12.0];
 /// Width of the board's outline, and of its part that the hold has traced.
@@ -49,19 +46,6 @@ pub(crate) fn paint(painter: &Painter, placed: &Placed, instruction: &Instructio
 /// Part of the picture inside a card.
 pub(crate) fn part_of(card: &Card, image_size: ImageSize) -> Option<Part> {
     Some(Part { rim_px: card.rim()?.into_iter().map(|(px, _)| px).collect(), image_size })
-}
-
-/// Face of the target card, as a tint of the picture.
-pub(crate) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<(Part, Color32)> {
-    let part = part_of(instruction.card.as_ref()?, image_size)?;
-    let opacity = OPACITY[0] + closeness(instruction) * (OPACITY[1] - OPACITY[0]);
-    Some((part, color(instruction).gamma_multiply(opacity)))
-}
-
-/// Paints the face without a picture to tint.
-pub(super) fn paint_face(painter: &Painter, placed: &Placed, (part, color): &(Part, Color32)) {
-    let rim: Vec<(Pos2, f32)> = part.rim_px.iter().map(|px| (placed.pos(px), 0.0)).collect();
-    face(painter, &rim, *color);
 }
 
 /// Closeness of the board to the card. The last steps matter most: green comes late.
@@ -147,7 +131,7 @@ impl Canvas<'_> {
         Some(card.rim()?.into_iter().map(on_screen).collect())
     }
 
-    /// Draws around a card's face: its shadow, and its rim, thick at the near side.
+    /// Draws the shadow of a card, and its rim, thick at the near side. Its face is clear.
     fn around(&self, rim: &Rim, color: Color32) {
         self.shadow(rim);
         let width = |near: f32| self.wide(RIM[0] + near * near * (RIM[1] - RIM[0]));
@@ -182,21 +166,6 @@ impl Canvas<'_> {
 fn middle(rim: &Rim) -> Pos2 {
     let sum = rim.iter().fold(Vec2::ZERO, |sum, (at, _)| sum + at.to_vec2());
     (sum / rim.len().max(1) as f32).to_pos2()
-}
-
-/// Face inside a rim.
-fn face(painter: &Painter, rim: &Rim, color: Color32) {
-    // With a side bent inwards, no corner sees all others, but the middle does.
-    let mut mesh = Mesh::default();
-    mesh.colored_vertex(middle(rim), color);
-    for (at, _) in rim {
-        mesh.colored_vertex(*at, color);
-    }
-    let count = rim.len() as u32;
-    for i in 0..count {
-        mesh.add_triangle(0, 1 + i, 1 + (i + 1) % count);
-    }
-    painter.add(Shape::mesh(mesh));
 }
 
 /// Line around a rim, with a `width` by nearness.

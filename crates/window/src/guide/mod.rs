@@ -89,7 +89,6 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     let placed = Placed::within(area, size, screen.preferences.mirrored);
     let response = ui.allocate_rect(area, Sense::hover());
     let dressing = Dressing {
-        tint: instruction.and_then(|it| ghost::face_of(it, size)),
         known: screen.known.borrow_mut().of(snapshot),
         is_shaded: true,
         lit: instruction.and_then(|it| ghost::part_of(it.board.as_ref()?, size)),
@@ -102,8 +101,6 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     let painter = ui.painter_at(placed.rect);
     if let Some(texture) = texture {
         Image::new((texture, placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
-    } else if let Some(face) = &dressing.tint {
-        ghost::paint_face(&painter, &placed, face);
     }
     if let Some(known) = &dressing.known {
         let board = dressing.lit.iter().flat_map(|part| &part.rim_px);

@@ -128,7 +128,6 @@ fn picture(ui: &Ui, (camera, placed): (&RigCamera, &Placed), prompt: Option<RigP
         (instruction.hold, instruction.card) = (Some(progress), None);
     }
     let dressing = Dressing {
-        tint: ghost::face_of(&instruction, size),
         known: camera.known.borrow_mut().of(snapshot),
         is_shaded: false,
         lit: instruction.board.as_ref().and_then(|board| ghost::part_of(board, size)),
