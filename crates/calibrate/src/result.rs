@@ -152,6 +152,7 @@ pub struct Calibration {
 impl Calibration {
     /// True if a focal length seems to differ between views, alone or as one of several causes: the
     /// scene behind the board can tell, see [`CalibrationParams::scene`](crate::CalibrationParams).
+    #[doc(hidden)]
     pub fn asks_for_scene(&self) -> bool {
         let codes = ["FOCUS-MOVED", "VIEWS-MIXED"];
         self.findings.iter().any(|finding| match &finding.code {

@@ -99,6 +99,7 @@ impl Camera {
     }
 
     /// Pixel of flat coordinates, see [`LensKind`].
+    #[doc(hidden)]
     pub fn px_from_flat(&self, flat: &Point2<f64>) -> Point2<f64> {
         self.pp_px + self.distortion.apply(flat).coords.component_mul(&self.f_px)
     }
@@ -114,6 +115,7 @@ impl Camera {
     }
 
     /// Derivative of [`Self::px_from_normalized`], 2×2. `None` outside the field of the lens model.
+    #[doc(hidden)]
     pub fn px_by_normalized(&self, normalized: &Point2<f64>) -> Option<Matrix2<f64>> {
         let ray = Vector3::new(normalized.x, normalized.y, 1.0);
         let by_cam = self.sight(&ray)?.by_cam;
@@ -122,12 +124,14 @@ impl Camera {
 
     /// Flat coordinates of the ray at a pixel, see [`LensKind`]. `None` outside the field of the
     /// lens model.
+    #[doc(hidden)]
     pub fn flat_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         self.distortion.invert(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }
 
     /// True if a pixel lies outside the round picture of a fisheye lens: more than 110° from the
     /// axis.
+    #[doc(hidden)]
     pub fn is_outside_field(&self, px: &Point2<f64>) -> bool {
         self.distortion.is_outside(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }
@@ -179,6 +183,7 @@ impl Camera {
     /// Corner in a pinhole camera with the same `f_px` and `pp_px`, see [`Self::undistort_px`],
     /// with covariance. `None` where that has none, and more than 80° from the axis, where a wide
     /// lens's errors grow thirtyfold.
+    #[doc(hidden)]
     pub fn straighten_corner(&self, corner: &Corner) -> Option<Corner> {
         let normalized = self.normalized_from_px(&corner.px)?;
         if normalized.coords.norm() > STEEPEST {

@@ -70,6 +70,7 @@ impl Corner {
     }
 
     /// Corner in a picture with rows scaled by `factor`.
+    #[doc(hidden)]
     pub fn with_rows_scaled(&self, factor: f64) -> Self {
         let px = Point2::new(self.px.x, self.px.y * factor);
         if !self.is_seen() {
@@ -82,6 +83,7 @@ impl Corner {
     /// Corner rounded to few decimal digits, far below the error, for short recordings: positions
     /// to 10⁻⁵ px, covariances to four digits of the larger variance. A covariance so narrow that
     /// rounding would change its determinant by more than 2 % is unchanged.
+    #[doc(hidden)]
     pub fn in_few_digits(&self) -> Self {
         let covariance = self.covariance_px2;
         // If the covariance is no number, the magnitude doesn't matter: nothing is rounded then.

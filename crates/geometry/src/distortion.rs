@@ -82,6 +82,7 @@ pub(super) struct Bent {
 
 impl LensKind {
     /// Kind of lens for a file's `is_fisheye`.
+    #[doc(hidden)]
     pub const fn of_fisheye(is_fisheye: bool) -> Self {
         if is_fisheye { Self::Fisheye } else { Self::Perspective }
     }
@@ -113,6 +114,7 @@ impl LensKind {
     }
 
     /// Power of r² of the first radial term beyond the richest polynomial.
+    #[doc(hidden)]
     pub const fn next_radial_power(self) -> i32 {
         match self {
             Self::Perspective => 4,
@@ -130,6 +132,7 @@ impl LensKind {
     }
 
     /// True if straight lines stay straight with zero coefficients.
+    #[doc(hidden)]
     pub const fn keeps_lines(self) -> bool {
         match self {
             Self::Perspective => true,

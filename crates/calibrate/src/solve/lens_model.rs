@@ -225,6 +225,7 @@ impl LensModel {
     }
 
     /// Prior needed to determine the family's coefficients, if any.
+    #[doc(hidden)]
     pub fn own_prior(self) -> Option<LensPrior> {
         self.family().traits().own_prior.map(|prior| prior())
     }
@@ -325,6 +326,7 @@ impl LensFamily {
 
     /// Richest model determined by `distinct` distinct views. A simple one may be a Brown model
     /// outside the family.
+    #[doc(hidden)]
     pub fn richest_of(self, distinct: usize) -> LensModel {
         let [one, two, more] = self.traits().by_views;
         match distinct {

@@ -415,11 +415,13 @@ impl Session {
     }
 
     /// Focal length of each accepted view by the scene behind the board; empty if never asked.
+    #[doc(hidden)]
     pub fn scene(&self) -> Vec<Option<SceneScale>> {
         self.ground.scene()
     }
 
     /// Typical error of corners by the motion of the boards during the readout, in pixels.
+    #[doc(hidden)]
     pub fn moved_px(&self) -> f64 {
         self.derived.moved_px
     }
@@ -430,6 +432,7 @@ impl Session {
     }
 
     /// Failed workers of the run, with the reasons.
+    #[doc(hidden)]
     pub fn failures(&self) -> &[(String, String)] {
         &self.ground.failures
     }
