@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
     sync::{
         Arc,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicU64, Ordering},
     },
     time::Duration,
 };
@@ -37,6 +37,7 @@ use boresight_app::{
         AppHost, Ended, Memory, RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
     },
 };
+use boresight_detect::Miss;
 use boresight_geometry::{boards::BoardChoice, device::Control};
 use boresight_guide::session::{Command, Snapshot};
 use boresight_present::text::{self, Act, window as words};
@@ -121,19 +122,19 @@ pub struct App {
     no_voice: Option<String>,
     exported: Option<Result<PathBuf, UserError>>,
     wake: Wake,
-    /// True while paused: new pictures are then painted rarely.
-    rests: Arc<AtomicBool>,
+    /// Milliseconds from a new picture to its painting: see [`Self::pace`].
+    pace_ms: Arc<AtomicU64>,
 }
 
 impl App {
     /// Starts the first session.
     pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
-        let rests = Arc::new(AtomicBool::new(false));
+        let pace_ms = Arc::new(AtomicU64::new(in_ms(MOMENT)));
         let wake: Wake = {
-            let (ctx, rests) = (ctx.clone(), Arc::clone(&rests));
+            let (ctx, pace_ms) = (ctx.clone(), Arc::clone(&pace_ms));
             Arc::new(move || {
-                let rests = rests.load(Ordering::Relaxed);
-                ctx.request_repaint_after(if rests { REST } else { MOMENT });
+                let wait = Duration::from_millis(pace_ms.load(Ordering::Relaxed));
+                ctx.request_repaint_after(wait);
             })
         };
         theme::apply(ctx);
@@ -196,7 +197,7 @@ impl App {
             no_voice: None,
             exported: None,
             wake,
-            rests,
+            pace_ms,
         };
         if at_once {
             app.open(ctx, wish);
@@ -485,8 +486,7 @@ impl App {
         }
         let phones = self.host.phones();
         self.phone.notice(&*self.host, phones);
-        let paused = self.screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.paused);
-        self.rests.store(paused, Ordering::Relaxed);
+        self.pace_ms.store(in_ms(self.pace()), Ordering::Relaxed);
         self.look_around();
         self.result.look();
         self.shelf.look(ctx);
@@ -581,12 +581,27 @@ impl App {
         let moving =
             self.screen.since_taken_secs().is_some_and(|since| since < guide::overlay::FLASH_SECS);
         let runs = matches!(self.stage, SessionState::Running(_));
-        let next = match (moving, runs && !self.rests.load(Ordering::Relaxed)) {
+        let next = match (moving, runs && self.pace() != REST) {
             (true, _) => MOVING,
             (false, true) => IDLE,
             (false, false) => REST,
         };
         ui.ctx().request_repaint_after(next);
+    }
+
+    /// Time from a new picture to its painting: rarely while paused, every second picture while
+    /// only the room moves.
+    fn pace(&self) -> Duration {
+        let Some(snapshot) = &self.screen.snapshot else { return MOMENT };
+        let live = snapshot.live.as_ref();
+        let is_room = live.is_some_and(|live| live.corners_px == Err(Miss::NoBoard));
+        if snapshot.paused {
+            REST
+        } else if is_room {
+            MOVING
+        } else {
+            MOMENT
+        }
     }
 
     /// Stores everything before the window closes.
@@ -694,7 +709,7 @@ impl App {
                 Act::Restore => self.command(ctx, Command::Restore),
                 Act::Pause => {
                     let paused = self.screen.snapshot.as_ref().is_some_and(|s| s.paused);
-                    self.rests.store(false, Ordering::Relaxed);
+                    self.pace_ms.store(in_ms(MOMENT), Ordering::Relaxed);
                     self.command(ctx, if paused { Command::Resume } else { Command::Pause });
                 }
                 Act::Finish => self.end(),
@@ -811,6 +826,10 @@ impl App {
             }
         }
     }
+}
+
+fn in_ms(wait: Duration) -> u64 {
+    wait.as_millis() as u64
 }
 
 /// True if `command` needs no camera.
