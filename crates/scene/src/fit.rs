@@ -14,7 +14,7 @@ const STEPS: usize = 14;
 /// Squared distance, in standard deviations, up to which a patch counts for the scatter.
 const NEAR: f64 = 9.0;
 /// Minimum weight of an agreeing patch.
-pub const AGREES: f64 = 0.5;
+pub(crate) const AGREES: f64 = 0.5;
 /// Standard deviation over median distance, for a normal distribution.
 pub const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Factor on the covariance of independent patches, because patches share shadows: pictures of a

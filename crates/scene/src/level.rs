@@ -7,7 +7,7 @@ use nalgebra::Point2;
 use crate::fit::SIGMA_OF_MEDIAN;
 
 /// Level of a pixel equal to the local mean.
-pub const MEAN_LEVEL: u8 = 127;
+pub(crate) const MEAN_LEVEL: u8 = 127;
 /// Levels per local standard deviation: three deviations stay within 8 bits.
 const LEVELS_PER_DEVIATION: f32 = 42.0;
 /// Term added to the local deviation, in grey levels, to keep noise in flat areas small.
@@ -18,9 +18,9 @@ const COARSE_SIGMA_PX: f32 = 4.0;
 /// Reduction of the coarse picture.
 pub const COARSE: u32 = 4;
 /// Size of the thumbnail for comparing pictures.
-pub const THUMB_WIDTH: usize = 64;
+pub(crate) const THUMB_WIDTH: usize = 64;
 /// See [`THUMB_WIDTH`].
-pub const THUMB_HEIGHT: usize = 48;
+pub(crate) const THUMB_HEIGHT: usize = 48;
 
 /// Minimum contrast of a scene, in standard deviations of a pixel's noise.
 const SEEN: f64 = 3.0;

@@ -32,17 +32,14 @@ mod still;
 mod texture;
 mod turn;
 
-pub use fit::{
-    AGREES, Fit, SHARED, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance, median, offsets_px,
-};
-pub use level::{COARSE, MEAN_LEVEL, THUMB_HEIGHT, THUMB_WIDTH, Thumb, View};
+pub use fit::{Fit, SHARED, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance, median, offsets_px};
+pub use level::{COARSE, Thumb, View};
 pub use measure::{
     APART_PX, Causes, FEWEST_FOUND, LEAST_AGREEING, Measured, Weak, credible, motion_besides,
     spread,
 };
 pub use patches::{
-    COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, GRID, Patch, cell_of, corners, full_px,
-    reduced_px,
+    COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, GRID, Patch, cell_of, corners,
 };
 pub use reference::{Found, Landmark, Reference, UNKNOWN_SIGMA_PX};
 pub use shift::{Shift, best_shift, bilinear, turned};

@@ -286,13 +286,13 @@ pub fn cell_of(px: &Point2<f64>, size: ImageSize) -> [usize; 2] {
 
 /// Position in the reduced picture of a point of the full picture: their corners, not centres,
 /// coincide.
-pub fn reduced_px(px: f64) -> f64 {
+pub(crate) fn reduced_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     (px - (n - 1.0) / 2.0) / n
 }
 
 /// Inverse of [`reduced_px`].
-pub fn full_px(px: f64) -> f64 {
+pub(crate) fn full_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     px * n + (n - 1.0) / 2.0
 }

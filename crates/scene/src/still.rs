@@ -29,7 +29,7 @@ pub type WithBoard = (GrayImage, Vec<Point2<f64>>);
 ///
 /// `load` gives a picture with the seen points of its board, in pixels. `None` for a picture that
 /// isn't available, shows too little of the scene, or was taken by a camera that had moved. The
-/// reference is the first, middle or last picture, whichever most others agree with. Uses up to
+/// reference is the one of five pictures, evenly over all, with which most others agree. Uses up to
 /// `threads` threads.
 pub fn scene_scales(
     lens: &Lens,
@@ -37,6 +37,11 @@ pub fn scene_scales(
     threads: usize,
     load: impl Fn(usize) -> Option<WithBoard> + Sync,
 ) -> Vec<Option<SceneScale>> {
+    let look = |index: usize| {
+        let (image, board_px) = load(index)?;
+        let hidden = Hidden::by(&board_px)?;
+        (ImageSize::of(&image) == lens.image_size).then(|| (View::of(image), hidden))
+    };
     let last = count.saturating_sub(1);
     let mut candidates: Vec<usize> = (0..REFERENCES).map(|i| i * last / (REFERENCES - 1)).collect();
     candidates.dedup();
@@ -44,22 +49,17 @@ pub fn scene_scales(
         .into_iter()
         .filter(|index| *index < count)
         .filter_map(|index| {
-            let (image, board_px) = load(index)?;
-            let hidden = Hidden::by(&board_px)?;
+            let (view, hidden) = look(index)?;
             let is_hidden =
                 |x: u32, y: u32| hidden.covers(&Point2::new(f64::from(x), f64::from(y)));
-            Some(Reference::of(&View::of(image), 0.0, lens, is_hidden))
+            Some(Reference::of(&view, 0.0, lens, is_hidden))
         })
         .collect();
-    let of_picture = |index: usize| {
-        let of_none = || vec![None; references.len()];
-        let Some((image, board_px)) = load(index) else { return of_none() };
-        let Some(hidden) = Hidden::by(&board_px) else { return of_none() };
-        if ImageSize::of(&image) != lens.image_size {
-            return of_none();
+    let of_picture = |index: usize| match look(index) {
+        Some((view, hidden)) => {
+            references.iter().map(|reference| scale(lens, reference, &view, &hidden)).collect()
         }
-        let view = View::of(image);
-        references.iter().map(|reference| scale(lens, reference, &view, &hidden)).collect()
+        None => vec![None; references.len()],
     };
     let scales: Vec<Vec<Option<SceneScale>>> = parallel::map(threads, count, of_picture);
     let usable = |place: &usize| scales.iter().filter(|of| of[*place].is_some()).count();

@@ -13,17 +13,15 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `level` | a picture with levelled local brightness and contrast, in three sizes |
-//! | `patches`, `reference` | patches at corners, found by normalised correlation |
-//! | `turn`, `fit` | pan, tilt, roll, focal ratio through any lens model; the robust fit |
-//! | `measure`, `compare` | one picture against the nearest references |
-//! | `far`, `shift` | a camera that points elsewhere |
+//! | [`boresight_scene`] | a picture against a reference: patches, turn, the robust fit |
+//! | `compare`, `no_answer` | one picture against the nearest references |
+//! | `far` | a camera that points elsewhere |
 //! | `gallery`, `seasons`, `station` | references: learned, adopted, retired |
 //! | `overlay` | what isn't the scene: text, the camera's own mount |
-//! | `texture`, `glass`, `condition` | sharpness and contrast of a picture; over days |
+//! | `glass`, `condition` | sharpness and contrast of a picture; over days |
 //! | `slot`, `cycle`, `sequential` | correlated estimates; the daily cycle; a test for leaving it |
 //! | `input`, `state`, `watch` | the fold |
-//! | `adjust`, `outline` | pushing the camera back; edges to draw over the live picture |
+//! | `adjust` | pushing the camera back |
 #![forbid(unsafe_code)]
 
 mod adjust;

@@ -77,6 +77,18 @@ fn picture_beside(_folder: &Path, _name: &str, _size: ImageSize) -> Option<Thumb
 pub type GivenView = (String, Result<Vec<Corner>, String>);
 
 impl CalibrationViews {
+    fn none(image_size: ImageSize, upright: Upright) -> Self {
+        Self {
+            image_size,
+            corners: Vec::new(),
+            names: Vec::new(),
+            pictures: Vec::new(),
+            files: (Vec::new(), upright),
+            scene: Vec::new(),
+            instead: None,
+        }
+    }
+
     /// Views from pictures of `image_size` with `board` corners. Skips views of fewer than six
     /// corners.
     pub fn of(
@@ -84,15 +96,7 @@ impl CalibrationViews {
         image_size: ImageSize,
         board: &Board,
     ) -> Self {
-        let mut views = Self {
-            image_size,
-            corners: Vec::new(),
-            names: Vec::new(),
-            pictures: Vec::new(),
-            files: (Vec::new(), Upright::AsStored),
-            scene: Vec::new(),
-            instead: None,
-        };
+        let mut views = Self::none(image_size, Upright::AsStored);
         let board_m = board.corners_in_board_m();
         for (name, corners) in given {
             let enough = corners.and_then(|mut corners| match seen_count(&corners) {
@@ -133,9 +137,7 @@ impl CalibrationViews {
     ) -> Result<Calibration, NotCalibrated> {
         let most_left_out = self.corners.len() / LEFT_OUT_OF;
         for left_out in 0.. {
-            let scene = self.scene.clone();
-            let params = &CalibrationParams { scene, ..params.clone() };
-            let result = calibrate(&self.corners, board, self.image_size, params);
+            let result = self.calibrated_by(self.scene.clone(), board, params);
             let view = match result {
                 Err(NotCalibrated::NoHomography { view } | NotCalibrated::NoGrid { view })
                     if left_out < most_left_out =>
@@ -182,12 +184,17 @@ impl CalibrationViews {
         if scene.iter().all(Option::is_none) {
             return Ok(found);
         }
-        calibrate(
-            &self.corners,
-            board,
-            self.image_size,
-            &CalibrationParams { scene, ..params.clone() },
-        )
+        self.calibrated_by(scene, board, params)
+    }
+
+    fn calibrated_by(
+        &self,
+        scene: Vec<Option<SceneScale>>,
+        board: &Board,
+        params: &CalibrationParams,
+    ) -> Result<Calibration, NotCalibrated> {
+        let params = &CalibrationParams { scene, ..params.clone() };
+        calibrate(&self.corners, board, self.image_size, params)
     }
 
     /// Calibrates as [`Self::calibrated`], with the file of the result. Views of `session` make it
@@ -347,15 +354,7 @@ pub fn from_pictures(
         |read: &Option<(ImageSize, _)>| read.as_ref().is_some_and(|(size, _)| *size == image_size);
     let usual = read.iter().position(has_usual).map(|place| inputs[place].as_path());
     let usual_stored = LazyCell::new(|| usual.and_then(stored_size));
-    let mut views = CalibrationViews {
-        image_size,
-        corners: Vec::new(),
-        names: Vec::new(),
-        pictures: Vec::new(),
-        files: (Vec::new(), upright),
-        scene: Vec::new(),
-        instead: None,
-    };
+    let mut views = CalibrationViews::none(image_size, upright);
     let mut misses = Vec::new();
     for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

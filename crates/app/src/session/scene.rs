@@ -9,7 +9,7 @@ use boresight_calibrate::Calibration;
 use boresight_capture::{Upright, read_picture_turned};
 use boresight_geometry::{
     Corner,
-    frame::{FrameId, ImageSize, SceneScale},
+    frame::{FrameId, SceneScale},
 };
 use boresight_guide::session::{Input, Session};
 use boresight_present::text;
@@ -27,7 +27,7 @@ pub(crate) fn of_pictures(
         let image = read_picture_turned(&pictures[index], upright).ok()?;
         let seen = views.get(index)?.iter().filter(|corner| corner.is_seen());
         let board_px: Vec<Point2<f64>> = seen.map(|corner| corner.px).collect();
-        (ImageSize::of(&image) == found.image_size).then_some((image, board_px))
+        Some((image, board_px))
     })
 }
 
@@ -53,9 +53,8 @@ pub(super) fn asked(
     let Some(found) = asking else { return Ok(session) };
     announcer.say(text::session_news::ASKS_SCENE);
     let pictures = stored_pictures(path, &session);
-    let corners: Vec<Vec<Corner>> =
-        session.accepted().iter().map(|taken| taken.seen.clone()).collect();
-    let scales = of_pictures((&pictures, Upright::AsStored), &corners, found);
+    let corners = session.corners_at_one_instant();
+    let scales = of_pictures((&pictures, Upright::AsStored), corners, found);
     let numbered = session.accepted().iter().zip(scales);
     let known: Vec<_> =
         numbered.filter_map(|(taken, scale)| Some((taken.number, scale?))).collect();

@@ -50,6 +50,12 @@ fn sigmas_of(chance: f64) -> f64 {
     -Normal::standard().inverse_cdf(chance.clamp(LEAST, 1.0) / 2.0)
 }
 
+/// Distance between the least and the largest of `values`.
+pub(super) fn range(values: &[f64]) -> f64 {
+    let values = values.iter().copied();
+    values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+}
+
 /// Gains of the views in twice the log likelihood, summed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gain {

@@ -1,6 +1,7 @@
 //! Turns named causes into findings.
 
 use super::{
+    evidence::range,
     explanations::Explanation,
     judge::{Named, Verdicts},
     kinds::{Kind, MAX_CHANGE, Scope},
@@ -99,12 +100,6 @@ fn code(named: &Named, depth_of_unit_m: f64) -> FindingCode {
         Kind::Shifted => FindingCode::PictureShifted { shift_px: length(), sigmas },
         Kind::LensShape => FindingCode::LensOther { sigmas },
     }
-}
-
-/// Distance between the least and the largest of `values`.
-fn range(values: &[f64]) -> f64 {
-    let values = values.iter().copied();
-    values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
 }
 
 /// Sample standard deviation of the factors of a course; 1 without a course.

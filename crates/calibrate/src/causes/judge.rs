@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{
     columns::{Derivatives, Products, RESIDUAL, SCALE, SCALE_R2, SHIFT, SHUTTER, solve},
     effects::{Marginalised, Whitened},
-    evidence::{Gain, Size, visible},
+    evidence::{Gain, Size, range, visible},
     kinds::{Family, Kind, SMOOTH, Scope},
     model::{Fit, Shared},
     two_cameras::{TwoCameras, two_cameras},
@@ -92,8 +92,9 @@ impl Evidence {
     /// The change of the focal length, if the scene vetoes it.
     fn vetoed(&self) -> Option<Vetoed> {
         let Testimony::Vetoed { allowed } = self.said else { return None };
-        let change = libm::expm1(self.values.first().copied().unwrap_or_default());
-        Some(Vetoed { change, allowed })
+        let factor = if self.course.is_empty() { 1.0 } else { range(&self.course) };
+        let change = libm::expm1(self.values.first()? * factor);
+        Some(Vetoed { change, allowed: allowed * factor })
     }
 }
 

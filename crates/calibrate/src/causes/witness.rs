@@ -18,9 +18,9 @@ pub(super) enum Testimony {
     Silent,
     /// The scene clearly changed its scale in the same direction.
     Confirmed,
-    /// The scene kept its scale, up to the given relative change.
+    /// The scene kept its scale.
     Vetoed {
-        /// Largest relative change that the scene allows.
+        /// Largest relative change that the scene allows, per unit of the course.
         allowed: f64,
     },
 }
@@ -30,7 +30,7 @@ pub(super) enum Testimony {
 pub(super) struct Vetoed {
     /// Relative change of the focal length that the views suggested.
     pub(super) change: f64,
-    /// See [`Testimony::Vetoed`].
+    /// Largest relative change that the scene allows.
     pub(super) allowed: f64,
 }
 
@@ -44,9 +44,7 @@ pub(super) fn testimony(scene: &[Option<SceneScale>], size: f64, course: &[f64])
     let least = VETOED * size.abs();
     let (allowed, is_alike) = (own.abs() + SIGMAS * sd, own * size > 0.0);
     if allowed < least.min(MAX_CHANGE) {
-        let range = |pick: fn(f64, f64) -> f64| course.iter().copied().reduce(pick);
-        let factor = range(f64::max).zip(range(f64::min)).map_or(1.0, |(most, least)| most - least);
-        Testimony::Vetoed { allowed: allowed * factor }
+        Testimony::Vetoed { allowed }
     } else if is_alike && own.abs() > least.max(SIGMAS * sd) {
         Testimony::Confirmed
     } else {
