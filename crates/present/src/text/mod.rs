@@ -4,6 +4,7 @@
 
 pub mod acceptance;
 pub mod adjust;
+mod boards;
 pub mod camera;
 pub mod cause;
 pub mod certificate;

@@ -1,9 +1,8 @@
 //! The calibration report in words.
 
-use super::target;
+pub use super::boards::board_in_file as board;
 use boresight_calibrate::Verdict;
-use boresight_formats::{BoardEntry, CalibrationFile, MarkersEntry};
-use boresight_geometry::markers::{CircleRows, Tags};
+use boresight_formats::CalibrationFile;
 
 /// Sections of the page, in order, with headings and link anchors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -380,30 +379,6 @@ pub mod name {
     pub const FRAMES: &str = "Frames";
     pub const AGAINST: &str = "Old calibration";
     pub const REPEAT: &str = "Repeat with";
-}
-
-/// Board in words.
-pub fn board(board: &BoardEntry) -> String {
-    let BoardEntry { columns, rows, square_mm, markers, circles, .. } = board;
-    let tags = markers.as_ref().and_then(MarkersEntry::tags);
-    if let Some(layout) = circles.as_deref().and_then(CircleRows::named) {
-        let name = target::circles(layout);
-        return format!("{name}, {columns} × {rows}, rows {square_mm} mm apart");
-    }
-    match (markers, tags) {
-        (None, _) => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
-        (_, Some(Tags { spacing, first })) => format!(
-            "AprilGrid, {} × {} tags of {square_mm} mm, {spacing} of a tag apart, from tag {first}",
-            columns / 2,
-            rows / 2,
-        ),
-        (Some(MarkersEntry { dictionary, side_mm, .. }), None) => format!(
-            "ChArUco, {} × {} squares of {square_mm} mm, {dictionary}, markers of {} mm",
-            columns + 1,
-            rows + 1,
-            (1000.0 * side_mm).round() / 1000.0
-        ),
-    }
 }
 
 /// Size of the picture.

@@ -1,9 +1,10 @@
 //! The words of the start page.
 
-use super::target::circles;
+use super::boards::circles;
+pub use super::boards::{KINDS, KindWords, board, board_to_use, square};
 use boresight_detect::OtherBoard;
 use boresight_geometry::{
-    boards::{BOARD_KINDS, BoardChoice, Pattern},
+    boards::BoardChoice,
     markers::{Dictionary, InvalidMarkers},
 };
 use boresight_guide::guidance::Plan;
@@ -80,82 +81,6 @@ pub fn rig(names: &[&str]) -> String {
     format!("{} cameras: {}", names.len(), names.join(", "))
 }
 
-/// Words about a kind of board, each label with an explanation.
-#[derive(Clone, Copy, Debug)]
-pub struct KindWords {
-    /// Name.
-    pub name: [&'static str; 2],
-    /// Label of the counts.
-    pub counts: [&'static str; 2],
-    /// Label of the length to measure.
-    pub length: [&'static str; 2],
-}
-
-const CHECKERBOARD: KindWords = KindWords {
-    name: ["Checkerboard", "Dark and light squares, nothing else."],
-    counts: [
-        "Inner corners",
-        "Where four squares meet: one fewer than squares in each direction. Or hold it up: it's counted.",
-    ],
-    length: ["Square", "Measure ten squares and divide by ten. Only distances depend on it."],
-};
-
-const CIRCLES: KindWords = KindWords {
-    name: ["Circles", "Rows of circles below each other, dark on light or light on dark."],
-    counts: ["Circles", "In a row, and rows."],
-    length: [
-        "Rows apart",
-        "From the centres of one row to those of the next, shifted or not: squareSize in OpenCV. Measure it over the whole board.",
-    ],
-};
-
-/// Words in the order of [`BOARD_KINDS`].
-pub const KINDS: [KindWords; BOARD_KINDS.len()] = [
-    CHECKERBOARD,
-    KindWords {
-        name: [
-            "ChArUco",
-            "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
-        ],
-        counts: ["Squares", "Dark and light ones, in each direction."],
-        ..CHECKERBOARD
-    },
-    KindWords {
-        name: [
-            "AprilGrid",
-            "Kalibr's board: tags with small dark squares at their corners. A part of it is enough.",
-        ],
-        counts: ["Tags", "The large ones with a code, in each direction."],
-        length: ["Tag", "Side of a tag with its black frame: tagSize in Kalibr. Measure it."],
-    },
-    CIRCLES,
-    KindWords {
-        name: ["Asymmetric circles", "Rows of circles, every second one shifted by half a step."],
-        ..CIRCLES
-    },
-];
-
-/// Chosen board, with the dictionary of the markers.
-pub fn board(BoardChoice { columns, rows, pattern }: BoardChoice) -> String {
-    let squares = format!("{} × {} squares", columns + 1, rows + 1);
-    match pattern {
-        Pattern::Plain => format!("{squares}, {columns} × {rows} inner corners"),
-        Pattern::Charuco { dictionary, .. } => format!("{squares}, {dictionary}"),
-        Pattern::AprilGrid(_) => format!("{} × {} tags", columns / 2, rows / 2),
-        Pattern::Circles(layout) => format!("{} {columns} × {rows}", circles(layout)),
-    }
-}
-
-/// Sentence about the board to start with; with a question mark unless `is_known`.
-pub fn board_to_use(choice: BoardChoice, length_m: f64, is_known: bool) -> String {
-    let what = match choice.pattern {
-        Pattern::Charuco { .. } => format!("ChArUco, {} × {}", choice.columns + 1, choice.rows + 1),
-        Pattern::Plain => format!("{} × {} squares", choice.columns + 1, choice.rows + 1),
-        _ => board(choice),
-    };
-    format!("{what}, {}{}", square(length_m), if is_known { "" } else { "?" })
-}
-
 /// Label of the space between tags.
 pub const SPACING: &str = "Space";
 /// See [`SPACING`].
@@ -200,12 +125,6 @@ pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str)
 
 /// Labels between the counts, and for a screen reader.
 pub const SIDES: [&str; 2] = ["columns", "rows"];
-/// Side of a square, to a hundredth of a millimetre.
-pub fn square(square_m: f64) -> String {
-    let text = format!("{:.2}", 1e3 * square_m);
-    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
-}
-
 /// Board of another kind seen by the camera.
 pub fn detected_other(other: OtherBoard) -> String {
     match other {

@@ -1,9 +1,10 @@
 //! Words on a printed board, and instructions for use.
 
+use super::boards::{millimetres, printed, white};
 use crate::sheet::{DoesNotFit, LINES, Plan};
 use boresight_geometry::{
     boards::{Board, Pattern},
-    markers::{CircleRows, Tags},
+    markers::Tags,
 };
 
 /// Board named by a code in its margin.
@@ -29,8 +30,7 @@ pub const NO_ROOM_FOR_CODE: &str =
 
 /// Lines printed beside the ruler, with the board's ID if there is an ID.
 pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
-    let Plan { columns, rows, ruler_mm, .. } = plan;
-    let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
+    let width = millimetres(plan.board_width_mm());
     let [show, mount] = if plan.page.pixels.is_some() {
         ["Show at 100 %, unscaled, full brightness.", "Clean the screen; keep reflections off it."]
     } else {
@@ -40,31 +40,9 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
         ]
     };
     [
-        match (id, plan.pattern) {
-            (_, Pattern::AprilGrid(Tags { spacing, first })) => format!(
-                "AprilGrid {}x{} tags of {square}, {} apart ({spacing}), from tag {first}",
-                columns / 2,
-                rows / 2,
-                millimetres(plan.square_mm * spacing)
-            ),
-            (_, Pattern::Circles(layout)) => {
-                format!("{} {columns}x{rows}, rows {square} apart", circles(layout))
-            }
-            (_, Pattern::Charuco { dictionary, side }) => format!(
-                "ChArUco {}x{} squares of {square}, {dictionary}, markers {}",
-                columns + 1,
-                rows + 1,
-                millimetres(plan.square_mm * side.in_squares_of(1e-3 * plan.square_mm))
-            ),
-            (Some(id), Pattern::Plain) => {
-                format!("{columns}x{rows} inner corners, square {square}, ID {id}")
-            }
-            (None, Pattern::Plain) => {
-                format!("Checkerboard {columns}x{rows} (inner corners), square {square}")
-            }
-        },
+        printed(plan, id),
         show.into(),
-        format!("Measure: ruler {}, board {width} wide.", millimetres(*ruler_mm)),
+        format!("Measure: ruler {}, board {width} wide.", millimetres(plan.ruler_mm)),
         mount.into(),
         format!("boresight guide {}", arguments(plan)),
     ]
@@ -99,11 +77,7 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
         ]
     };
     if plan.white_mm() < 0.999 * plan.wanted_white_mm() {
-        let wanted = match plan.pattern {
-            Pattern::AprilGrid(_) => "between tags",
-            Pattern::Circles(_) => "between rows",
-            Pattern::Plain | Pattern::Charuco { .. } => "a square",
-        };
+        let wanted = white(plan.pattern);
         steps.push(format!(
             "The white margin is {} wide, narrower than {wanted}: keep the background light, and don't cover the squares with your fingers.",
             millimetres((10.0 * plan.white_mm()).floor() / 10.0)
@@ -124,14 +98,6 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
         ));
     }
     steps
-}
-
-/// Name of a grid of circles.
-pub(super) fn circles(rows: CircleRows) -> &'static str {
-    match rows {
-        CircleRows::Symmetric => "Circles",
-        CircleRows::Asymmetric => "Asymmetric circles",
-    }
 }
 
 /// Alternatives that fit.
@@ -170,10 +136,4 @@ pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
 fn arguments(plan: &Plan) -> String {
     let square = millimetres(plan.square_mm).replace(' ', "");
     format!("--board {} --square {square}", plan.choice())
-}
-
-/// Length to a micrometre, with the unit.
-fn millimetres(mm: f64) -> String {
-    let text = format!("{mm:.3}");
-    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }

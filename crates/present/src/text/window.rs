@@ -2,7 +2,7 @@
 
 use boresight_detect::{Miss, OtherBoard};
 use boresight_geometry::{
-    boards::{Board, BoardChoice},
+    boards::BoardChoice,
     device::{Adjustable, Control},
 };
 use boresight_guide::{
@@ -10,7 +10,7 @@ use boresight_guide::{
     session::{CameraState, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
-use super::{camera::capital, deg, numbers::signed, view_name};
+use super::{boards::expected, camera::capital, deg, numbers::signed, view_name};
 pub use super::{direction_name, gauge::*, numbers::*, part_away, result::*};
 
 /// Title of the window.
@@ -126,7 +126,6 @@ pub const FAILED_ACTION: &str =
 /// Board shown instead of the chosen one, and the next action; `None` if it's the chosen board.
 pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     let Prompt::OtherBoard(other) = snapshot.shown.prompt else { return None };
-    let chosen = &snapshot.setup.board;
     let this = match other {
         OtherBoard::Plain { columns, rows } => {
             format!("This board has {} × {} squares", columns + 1, rows + 1)
@@ -145,13 +144,6 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
             format!("This board has {columns} × {rows} circles")
         }
     };
-    let [columns, rows] = chosen.target().grid();
-    let chosen = match chosen {
-        Board::Plain(_) => format!("{} × {}", columns + 1, rows + 1),
-        Board::Charuco(_) => format!("ChArUco, {} × {} squares", columns + 1, rows + 1),
-        Board::AprilGrid(_) => format!("an AprilGrid of {} × {} tags", columns / 2, rows / 2),
-        Board::Circles(_) => format!("{columns} × {rows} circles"),
-    };
     let action = match other.choice() {
         Some(_) if snapshot.keeps_views() => {
             "Show the first board, or use this one. Your photos are kept.".into()
@@ -162,7 +154,7 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
         Some(_) => "Show the chosen board, or use this one.".into(),
         None => "Show the chosen board, or choose this one on the Start page.".into(),
     };
-    Some((format!("{this}. Expected: {chosen}"), action))
+    Some((format!("{this}. Expected: {}", expected(&snapshot.setup.board)), action))
 }
 
 /// Button to use another board.
