@@ -3,11 +3,11 @@
 use nalgebra::{Point2, Point3};
 
 use super::{
+    board_entry::BoardEntry,
     calibration_file::{
-        AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
-        CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, IMPORTED, LensEntry,
-        LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
-        ValidAreaEntry, ViewEntry,
+        AcceptanceEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile, CandidateEntry,
+        EstimateEntry, FindingEntry, FocalEntry, FocalLengths, IMPORTED, LensEntry, LineEntry,
+        PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ValidAreaEntry, ViewEntry,
     },
     import::OldCalibration,
     named_covariance::NamedCovariance,
@@ -154,26 +154,6 @@ impl CalibrationFile {
     }
 }
 
-impl BoardEntry {
-    /// The entry of a board as named.
-    pub(super) fn of(board: &Board) -> Self {
-        let (tags, circles) = (board.pattern().tags(), board.pattern().circles());
-        Self {
-            columns: count(board.columns()),
-            rows: count(board.rows()),
-            square_mm: 1000.0 * board.measured_m(),
-            markers: board.markers().map(|markers| MarkersEntry {
-                dictionary: markers.dictionary.to_string(),
-                side_mm: 1000.0 * board.measured_m() * markers.side_squares,
-                tag_spacing: tags.map(|tags| tags.spacing),
-                first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
-            }),
-            circles: circles.map(|rows| rows.name().into()),
-            points_mm: None,
-        }
-    }
-}
-
 impl AcceptanceEntry {
     /// The entry of a verdict, in words: the finding, and the action.
     pub fn of(judged: &Acceptance, (message, action): (String, &str)) -> Self {
@@ -204,11 +184,6 @@ fn found_mm(calibration: &Calibration, board: &Board) -> Option<Vec<[f64; 3]>> {
     let differs = !calibration.board_m.iter().zip(&named_m).all(is_named);
     differs
         .then(|| calibration.board_m.iter().map(|p| [p.x, p.y, p.z].map(|m| 1000.0 * m)).collect())
-}
-
-/// Count of corners as `u32`. A board's side has at most 65 535 corners.
-fn count(corners: usize) -> u32 {
-    u32::try_from(corners).unwrap_or(u32::MAX)
 }
 
 pub(super) fn entry(

@@ -65,6 +65,7 @@
 
 #![forbid(unsafe_code)]
 
+mod board_entry;
 mod calibration_file;
 mod check_file;
 pub mod corner_table;
@@ -79,10 +80,12 @@ mod rig_file;
 mod schema;
 
 #[doc(hidden)]
+pub use board_entry::{BoardEntry, MarkersEntry};
+#[doc(hidden)]
 pub use calibration_file::{
-    AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry,
+    AcceptanceEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry,
     DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry,
-    MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
+    PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
 };
 #[doc(hidden)]
 pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};

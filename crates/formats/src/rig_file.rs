@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{
-    calibration_file::{BoardEntry, FindingEntry, LensEntry, PoseEntry},
+    board_entry::BoardEntry,
+    calibration_file::{FindingEntry, LensEntry, PoseEntry},
     from_calibration::entry,
     named_covariance::NamedCovariance,
     schema::{self, NotRead},
