@@ -3,7 +3,7 @@
 use std::{cell::Cell, convert::Infallible};
 
 use boresight::{
-    boards::Board,
+    boards::{BOARD_KINDS, Board, BoardChoice},
     detection::{
         Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Side, Track, detect,
     },
@@ -530,5 +530,28 @@ fn motion_while_the_shutter_is_open_is_measured() {
         let seen_px = motion_px(&smeared);
         let moved_px = f64::from(moved);
         assert!((seen_px - moved_px).abs() < 0.25 * moved_px, "{seen_px} px for {moved_px} px");
+    }
+}
+
+#[test]
+fn each_kind_of_board_is_found_in_a_rendered_picture() {
+    for kind in &BOARD_KINDS {
+        let size = [9, 6].map(|points| kind.nearest(points));
+        let named = BoardChoice::of(size, (kind.usual)());
+        let board = named.board(0.02).expect("a board");
+        let scene = Scene { board, ..Scene::default_720p(17) };
+        for turn_deg in [8.0, 172.0] {
+            let pose = pose(25.0, 60.0, turn_deg, [0.0, 0.0, 0.45]);
+            let found = find(&render_view(&scene, &pose), &board).expect(kind.name);
+            let mut truth_px = truth_px(&scene, &pose);
+            let far_px = |truth_px: &[Point2<f64>]| {
+                let off = found.corners.iter().zip(truth_px).map(|(c, px)| (c.px - px).norm());
+                off.fold(0.0, f64::max)
+            };
+            if board.looks_the_same_upside_down() && far_px(&truth_px) > 0.5 {
+                truth_px.reverse();
+            }
+            assert!(far_px(&truth_px) < 0.5, "{named} {}", far_px(&truth_px));
+        }
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
     match &mut page.draft.pattern {
         Pattern::AprilGrid(tags) => tags_choice(ui, tags),
         Pattern::Charuco { dictionary, side } => markers_choice(ui, dictionary, side, square_m),
-        Pattern::Plain | Pattern::Circles(_) => {}
+        _ => {}
     }
     if let Some(trouble) = page.board_trouble() {
         let (what, action) = words::impossible(&trouble, square_m);
