@@ -24,6 +24,18 @@ const USUAL: [u16; 2] = [7, 10];
 impl Detector {
     /// Counts the inner corners of any whole board surrounded by white: columns and rows, at least
     /// as many columns as rows. `None` without such a board.
+    ///
+    /// ```
+    /// # use boresight_detect::{Detector, DetectorParams};
+    /// # use image::{GrayImage, Luma, imageops};
+    /// // 8 by 6 squares of 50 pixels.
+    /// let drawn = GrayImage::from_fn(640, 480, |x, y| {
+    ///     let (column, row) = (x.wrapping_sub(120) / 50, y.wrapping_sub(90) / 50);
+    ///     Luma([if column < 8 && row < 6 && (column + row) % 2 == 0 { 40 } else { 210 }])
+    /// });
+    /// let mut detector = Detector::new(DetectorParams::default());
+    /// assert_eq!(detector.count(&imageops::blur(&drawn, 0.8)), Some((7, 5)));
+    /// ```
     pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);

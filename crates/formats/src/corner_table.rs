@@ -158,6 +158,17 @@ pub enum Digits {
 ///
 /// Whitespace, control characters and `#` in names become `_`. Coordinates read back bit for bit;
 /// the level is 0, because the table has no place for a covariance.
+///
+/// ```
+/// # use boresight_formats::corner_table;
+/// # use boresight_geometry::Corner;
+/// # use nalgebra::Point2;
+/// let corners = [Corner::isotropic(Point2::new(0.1, 20.5), 0.05)];
+/// let table = corner_table::write([("a.png", Some(&corners[..])), ("b.png", None)]);
+/// let read = corner_table::read(&table, 1)?;
+/// assert_eq!((read.len(), &*read[1].name), (2, "b.png"));
+/// # Ok::<(), corner_table::CornerTableError>(())
+/// ```
 pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)>) -> String {
     let mut table = String::from(HEADER);
     for (name, corners) in views {

@@ -105,6 +105,14 @@ fn to_steps(value: f64, steps_per_unit: f64) -> f64 {
 }
 
 /// Mean position of the seen corners, in pixels; the origin if there are none.
+///
+/// ```
+/// # use boresight_geometry::{Corner, mean_px};
+/// # use nalgebra::Point2;
+/// let at = |x| Corner::isotropic(Point2::new(x, 5.0), 0.1);
+/// let corners = [at(1.0), at(3.0), Corner::unseen(Point2::new(100.0, 0.0))];
+/// assert_eq!(mean_px(&corners), Point2::new(2.0, 5.0));
+/// ```
 pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
     let seen = || corners.iter().filter(|corner| corner.is_seen());
     let sum = seen().fold(Vector2::zeros(), |sum, corner| sum + corner.px.coords);

@@ -363,6 +363,15 @@ impl Distortion {
 
     /// Undistorts to flat coordinates, by Newton's method.
     ///
+    /// ```
+    /// # use boresight_geometry::Distortion;
+    /// # use nalgebra::Point2;
+    /// let barrel = Distortion { k1: -0.1, ..Distortion::default() };
+    /// let flat = barrel.invert(&Point2::new(0.4875, 0.0)).ok_or("beyond the fold")?;
+    /// assert!((flat.x - 0.5).abs() < 1e-12);
+    /// # Ok::<(), &str>(())
+    /// ```
+    ///
     /// `None` where the model folds over: no point with a positive Jacobian maps to `distorted`, so
     /// it lies outside the field of the model. Also `None` for NaN.
     pub fn invert(&self, distorted: &Point2<f64>) -> Option<Point2<f64>> {

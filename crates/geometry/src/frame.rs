@@ -74,6 +74,14 @@ impl ImageSize {
     }
 
     /// True if `px` lies in the picture, up to the centres of the outermost pixels.
+    ///
+    /// ```
+    /// # use boresight_geometry::frame::ImageSize;
+    /// # use nalgebra::Point2;
+    /// let size = ImageSize { width_px: 1280, height_px: 720 };
+    /// assert!(size.contains(&Point2::new(1279.0, 0.0)));
+    /// assert!(!size.contains(&Point2::new(1279.5, 0.0)));
+    /// ```
     pub fn contains(self, px: &Point2<f64>) -> bool {
         (0.0..=f64::from(self.width_px) - 1.0).contains(&px.x)
             && (0.0..=f64::from(self.height_px) - 1.0).contains(&px.y)

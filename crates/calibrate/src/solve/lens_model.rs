@@ -371,6 +371,13 @@ pub(crate) fn tie_covariance(covariance: &mut LensMatrix) {
 
 impl LensFreedom {
     /// Number of free parameters.
+    ///
+    /// ```
+    /// # use boresight_calibrate::LensModel;
+    /// // f, cx, cy, k1 and k2; then fx and fy.
+    /// assert_eq!(LensModel::K1K2.freedom(true).count(), 5);
+    /// assert_eq!(LensModel::K1K2.freedom(false).count(), 6);
+    /// ```
     pub fn count(&self) -> usize {
         self.free.iter().filter(|free| **free).count()
     }

@@ -8,6 +8,19 @@ use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 /// # Errors
 ///
 /// [`NotExpressible`] if k3 is not zero, since `radtan` ends with k2, and for a rational lens.
+///
+/// ```
+/// # use boresight_formats::export::{ExportedCamera, kalibr_camchain};
+/// # use boresight_geometry::{Camera, frame::ImageSize};
+/// # use nalgebra::Point2;
+/// # let camera = Camera::pinhole(900.0, Point2::new(640.0, 360.0));
+/// # let image_size = ImageSize { width_px: 1280, height_px: 720 };
+/// let mut exported = ExportedCamera { name: "left", camera, image_size, rms_px: 0.0 };
+/// assert!(kalibr_camchain(&exported)?.contains("distortion_model: radtan"));
+/// exported.camera.distortion.k3 = 0.01;
+/// assert!(kalibr_camchain(&exported).is_err());
+/// # Ok::<(), boresight_formats::export::NotExpressible>(())
+/// ```
 pub fn kalibr_camchain(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     camera(exported, 0, &[])
 }

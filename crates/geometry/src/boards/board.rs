@@ -144,6 +144,13 @@ impl Board {
     }
 
     /// True if a half turn leaves the pattern unchanged.
+    ///
+    /// ```
+    /// # use boresight_geometry::boards::Board;
+    /// assert!(!Board::new(9, 6, 0.025)?.looks_the_same_upside_down());
+    /// assert!(Board::new(9, 7, 0.025)?.looks_the_same_upside_down());
+    /// # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
+    /// ```
     pub fn looks_the_same_upside_down(&self) -> bool {
         self.target().looks_the_same_upside_down()
     }

@@ -134,6 +134,12 @@ impl GuidanceParams {
 
     /// Requested tilt: steeper boards don't fit into the picture of a long lens, and flatter ones
     /// give a wide lens less information.
+    ///
+    /// ```
+    /// # use boresight_guide::guidance::GuidanceParams;
+    /// let tilt = |f_to_width| GuidanceParams::default().wanted_tilt_rad(f_to_width);
+    /// assert!(tilt(0.5) > tilt(1.0) && tilt(1.0) > tilt(2.0));
+    /// ```
     pub fn wanted_tilt_rad(&self, f_to_width: f64) -> f64 {
         let step_rad = 5_f64.to_radians();
         if f_to_width < 0.6 {
