@@ -7,67 +7,76 @@ use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
 };
 
-/// Declares an enum together with the complete list of variants.
-macro_rules! listed {
-    (
-        $(#[$about:meta])*
-        pub enum $name:ident { $($(#[$about_variant:meta])* $variant:ident,)* }
-        $(#[$about_all:meta])*
-        ALL
-    ) => {
-        $(#[$about])*
-        pub enum $name { $($(#[$about_variant])* $variant,)* }
+/// Declares the lens models by rows `Model = "name", family, [estimated coefficients]`.
+macro_rules! models {
+    ($($(#[$about:meta])* $model:ident = $name:literal, $family:ident, [$($free:ident),*];)*) => {
+        /// Lens model, by the estimated distortion coefficients and terms. Within a [`LensFamily`],
+        /// the models are nested: each contains the previous ones.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum LensModel {
+            $($(#[$about])* $model,)*
+        }
 
-        impl $name {
-            $(#[$about_all])*
-            pub const ALL: [Self; [$(Self::$variant),*].len()] = [$(Self::$variant),*];
+        impl LensModel {
+            /// All models, family by family, simplest first.
+            pub const ALL: [Self; [$(Self::$model),*].len()] = [$(Self::$model),*];
+
+            /// Family of the model.
+            pub fn family(self) -> LensFamily {
+                match self {
+                    $(Self::$model => LensFamily::$family,)*
+                }
+            }
+
+            /// Stable name, for files and programs.
+            pub fn code(self) -> &'static str {
+                match self {
+                    $(Self::$model => $name,)*
+                }
+            }
+
+            /// Estimated distortion coefficients, in the order of [`LENS_PARAMETERS`].
+            pub fn distortion(self) -> &'static [LensParameter] {
+                match self {
+                    $(Self::$model => &[$(LensParameter::$free),*],)*
+                }
+            }
         }
     };
 }
 
-listed! {
-    /// Lens model, by the estimated distortion coefficients and terms. Within a [`LensFamily`], the
-    /// models are nested: each contains the previous ones.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-    pub enum LensModel {
-        /// No distortion.
-        Pinhole,
-        /// Radial, r².
-        K1,
-        /// Radial, r² and r⁴.
-        K1K2,
-        /// Radial r², r⁴, and tangential.
-        K1K2P1P2,
-        /// Radial r², r⁴, r⁶, and tangential.
-        K1K2P1P2K3,
-        /// Terms of `K1K2P1P2K3`, over a denominator with r², r⁴, r⁶.
-        Rational,
-        /// Image height proportional to the angle to the optical axis.
-        Fisheye,
-        /// Fisheye with θ³.
-        FisheyeK1,
-        /// Fisheye with θ³ and θ⁵.
-        FisheyeK1K2,
-        /// Fisheye with θ³, θ⁵, θ⁷ and θ⁹.
-        FisheyeK1K2K3K4,
-    }
-    /// All models, family by family, simplest first.
-    ALL
+models! {
+    /// No distortion.
+    Pinhole = "none", Brown, [];
+    /// Radial, r².
+    K1 = "k1", Brown, [K1];
+    /// Radial, r² and r⁴.
+    K1K2 = "k1k2", Brown, [K1, K2];
+    /// Radial r², r⁴, and tangential.
+    K1K2P1P2 = "k1k2p1p2", Brown, [K1, K2, P1, P2];
+    /// Radial r², r⁴, r⁶, and tangential.
+    K1K2P1P2K3 = "k1k2p1p2k3", Brown, [K1, K2, P1, P2, K3];
+    /// Terms of `K1K2P1P2K3`, over a denominator with r², r⁴, r⁶.
+    Rational = "rational", Rational, [K1, K2, P1, P2, K3, K4, K5, K6];
+    /// Image height proportional to the angle to the optical axis.
+    Fisheye = "fisheye", Fisheye, [];
+    /// Fisheye with θ³.
+    FisheyeK1 = "fisheye_k1", Fisheye, [K1];
+    /// Fisheye with θ³ and θ⁵.
+    FisheyeK1K2 = "fisheye_k1k2", Fisheye, [K1, K2];
+    /// Fisheye with θ³, θ⁵, θ⁷ and θ⁹.
+    FisheyeK1K2K3K4 = "fisheye_k1k2k3k4", Fisheye, [K1, K2, K3, K4];
 }
 
-listed! {
-    /// Family of lens models of the same kind; properties are in `traits`.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-    pub enum LensFamily {
-        /// Polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
-        Brown,
-        /// Quotient of two polynomials, for wide lenses (Claus & Fitzgibbon 2005).
-        Rational,
-        /// Polynomial of the angle to the optical axis (Kannala & Brandt 2006).
-        Fisheye,
-    }
-    /// All families. Brown's is tried first; the others are compared with it for wide pictures.
-    ALL
+/// Family of lens models of the same kind; properties are in `traits`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LensFamily {
+    /// Polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
+    Brown,
+    /// Quotient of two polynomials, for wide lenses (Claus & Fitzgibbon 2005).
+    Rational,
+    /// Polynomial of the angle to the optical axis (Kannala & Brandt 2006).
+    Fisheye,
 }
 
 /// Properties of a [`LensFamily`], except the starts of the adjustment in `wide_lens.rs`.
@@ -138,57 +147,14 @@ pub struct LensPrior {
 }
 
 impl LensModel {
-    /// Family of the model.
-    pub fn family(self) -> LensFamily {
-        match self {
-            Self::Pinhole | Self::K1 | Self::K1K2 | Self::K1K2P1P2 | Self::K1K2P1P2K3 => {
-                LensFamily::Brown
-            }
-            Self::Rational => LensFamily::Rational,
-            Self::Fisheye | Self::FisheyeK1 | Self::FisheyeK1K2 | Self::FisheyeK1K2K3K4 => {
-                LensFamily::Fisheye
-            }
-        }
-    }
-
     /// Kind of lens, which defines the coefficients.
     pub fn kind(self) -> LensKind {
         self.family().kind()
     }
 
-    /// Stable name, for files and programs.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::Pinhole => "none",
-            Self::K1 => "k1",
-            Self::K1K2 => "k1k2",
-            Self::K1K2P1P2 => "k1k2p1p2",
-            Self::K1K2P1P2K3 => "k1k2p1p2k3",
-            Self::Rational => "rational",
-            Self::Fisheye => "fisheye",
-            Self::FisheyeK1 => "fisheye_k1",
-            Self::FisheyeK1K2 => "fisheye_k1k2",
-            Self::FisheyeK1K2K3K4 => "fisheye_k1k2k3k4",
-        }
-    }
-
     /// Number of distortion coefficients.
     pub fn coefficients(self) -> usize {
         self.distortion().len()
-    }
-
-    /// Estimated distortion coefficients, in the order of [`LENS_PARAMETERS`].
-    pub fn distortion(self) -> &'static [LensParameter] {
-        use LensParameter::{K1, K2, K3, K4, K5, K6, P1, P2};
-        match self {
-            Self::Pinhole | Self::Fisheye => &[],
-            Self::K1 | Self::FisheyeK1 => &[K1],
-            Self::K1K2 | Self::FisheyeK1K2 => &[K1, K2],
-            Self::K1K2P1P2 => &[K1, K2, P1, P2],
-            Self::K1K2P1P2K3 => &[K1, K2, P1, P2, K3],
-            Self::Rational => &[K1, K2, P1, P2, K3, K4, K5, K6],
-            Self::FisheyeK1K2K3K4 => &[K1, K2, K3, K4],
-        }
     }
 
     /// Simplest model with all nonzero coefficients of `camera`; the richest of its kind if none
@@ -258,6 +224,9 @@ impl LensModel {
 }
 
 impl LensFamily {
+    /// All families. Brown's is tried first; the others are compared with it for wide pictures.
+    pub const ALL: [Self; 3] = [Self::Brown, Self::Rational, Self::Fisheye];
+
     const fn traits(self) -> FamilyTraits {
         match self {
             Self::Brown => FamilyTraits {
