@@ -2,7 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix2, SMatrix};
 
-use super::distortion::{BROWN_PARAMETERS, LENS_PARAMETERS};
+use super::{
+    coded::coded,
+    distortion::{BROWN_PARAMETERS, LENS_PARAMETERS},
+};
 
 /// Covariance or information of all lens parameters, rows and columns in the order of
 /// [`LENS_PARAMETERS`]. Its parts are read through [`LensParts`].
@@ -11,51 +14,42 @@ pub type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 /// Number of distortion coefficients.
 pub const DISTORTION_PARAMETERS: usize = LENS_PARAMETERS - 4;
 
-/// Lens parameter, in the order of [`LENS_PARAMETERS`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum LensParameter {
-    /// Focal length along x, in pixels; with square pixels, also along y.
-    Fx,
-    /// Focal length along y, in pixels.
-    Fy,
-    /// Principal point along x, in pixels.
-    Cx,
-    /// Principal point along y, in pixels.
-    Cy,
-    /// Radial, r² or θ³.
-    K1,
-    /// Radial, r⁴ or θ⁵.
-    K2,
-    /// Tangential, vertical decentring.
-    P1,
-    /// Tangential, horizontal decentring.
-    P2,
-    /// Radial, r⁶ or θ⁷.
-    K3,
-    /// r² of a rational lens's denominator, or θ⁹.
-    K4,
-    /// r⁴ of a rational lens's denominator.
-    K5,
-    /// r⁶ of a rational lens's denominator.
-    K6,
+coded! {
+    /// Lens parameter, in the order of [`LENS_PARAMETERS`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum LensParameter {
+        /// Focal length along x, in pixels; with square pixels, also along y.
+        Fx = "fx",
+        /// Focal length along y, in pixels.
+        Fy = "fy",
+        /// Principal point along x, in pixels.
+        Cx = "cx",
+        /// Principal point along y, in pixels.
+        Cy = "cy",
+        /// Radial, r² or θ³.
+        K1 = "k1",
+        /// Radial, r⁴ or θ⁵.
+        K2 = "k2",
+        /// Tangential, vertical decentring.
+        P1 = "p1",
+        /// Tangential, horizontal decentring.
+        P2 = "p2",
+        /// Radial, r⁶ or θ⁷.
+        K3 = "k3",
+        /// r² of a rational lens's denominator, or θ⁹.
+        K4 = "k4",
+        /// r⁴ of a rational lens's denominator.
+        K5 = "k5",
+        /// r⁶ of a rational lens's denominator.
+        K6 = "k6",
+    }
+    /// All parameters, in order.
+    ALL
+    /// Stable name in files.
+    name
 }
 
 impl LensParameter {
-    /// All parameters, in order.
-    pub const ALL: [Self; LENS_PARAMETERS] = [
-        Self::Fx,
-        Self::Fy,
-        Self::Cx,
-        Self::Cy,
-        Self::K1,
-        Self::K2,
-        Self::P1,
-        Self::P2,
-        Self::K3,
-        Self::K4,
-        Self::K5,
-        Self::K6,
-    ];
     /// Focal length along both axes.
     pub const F: [Self; 2] = [Self::Fx, Self::Fy];
     /// Principal point along both axes.
@@ -71,24 +65,6 @@ impl LensParameter {
     /// Index in vectors and matrices of [`LENS_PARAMETERS`].
     pub const fn index(self) -> usize {
         self as usize
-    }
-
-    /// Stable name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fx => "fx",
-            Self::Fy => "fy",
-            Self::Cx => "cx",
-            Self::Cy => "cy",
-            Self::K1 => "k1",
-            Self::K2 => "k2",
-            Self::P1 => "p1",
-            Self::P2 => "p2",
-            Self::K3 => "k3",
-            Self::K4 => "k4",
-            Self::K5 => "k5",
-            Self::K6 => "k6",
-        }
     }
 
     /// True if Brown's model has the parameter.

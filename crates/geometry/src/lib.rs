@@ -57,6 +57,7 @@
 pub mod board_code;
 pub mod boards;
 mod camera;
+mod coded;
 mod corner;
 mod coverage;
 #[doc(hidden)]
