@@ -21,7 +21,7 @@ use super::{
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
-    rig::RigView,
+    rig::{MOMENT, RigView},
     screen::{FACES, Preferences, Screen},
     session_state::{Running, SessionState},
     settings,
@@ -45,8 +45,6 @@ use boresight_present::text::{self, Act, window as words};
 /// Time between two paintings during a motion without a new picture, such as a fading flash. Equals
 /// a usual camera's frame interval, to paint both together.
 const MOVING: Duration = Duration::from_millis(33);
-/// Time within which wakes paint once: for a picture, and its detections.
-const MOMENT: Duration = Duration::from_millis(15);
 /// Time between two looks of the window in a session without news.
 const IDLE: Duration = Duration::from_millis(500);
 /// Time between two looks while paused or without a session. Without a graphics card, a look costs

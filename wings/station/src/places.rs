@@ -13,9 +13,7 @@ use super::{
     store::Store,
 };
 use boresight_geometry::frame::ImageSize;
-use boresight_watch::{Decision, Lens, NoAnswer, Reference, Shelf, View, agreeing};
-
-const DAY_SECS: f64 = 86_400.0;
+use boresight_watch::{DAY_SECS, Decision, Lens, NoAnswer, Reference, Shelf, View, agreeing};
 
 /// The places of a camera.
 #[derive(Debug)]

@@ -17,10 +17,7 @@ use super::{
 use boresight_app::{Announcer, explain};
 use boresight_capture::CaptureError;
 use boresight_geometry::{device::Fault, frame::ImageSize, panic_message::caught};
-use boresight_watch::NoAnswer;
-
-/// Time by which a picture may come after a later one.
-const HOUR_SECS: f64 = 3600.0;
+use boresight_watch::{HOUR_SECS, NoAnswer};
 
 /// Time between two looks while a camera is being pinned: six of them are within a minute.
 const PINNING: Duration = Duration::from_secs(5);

@@ -17,11 +17,10 @@ use boresight_station::{
     Access, Feed, Places, Recovered, Round, StateLine, Store, Taken, WatchedCamera, accept, exit,
     recover, street::Street, times,
 };
-use boresight_watch::{Lens, NoAnswer, State};
+use boresight_watch::{HOUR_SECS, Lens, NoAnswer, State};
 use serde_json::Value;
 use tempfile::TempDir;
 
-const HOUR_SECS: f64 = 3600.0;
 /// The hours of learning, and one more.
 const LEARNED_HOURS: u32 = 75;
 

@@ -12,12 +12,11 @@ use boresight_station::{
     with_scale, words,
 };
 use boresight_watch::{
-    Adjust, Advice, Answer, Decision, Input, Lens, NoAnswer, Picture, State, Station, View, Watch,
+    Adjust, Advice, Answer, Decision, HOUR_SECS, Input, Lens, NoAnswer, Picture, State, Station,
+    View, Watch,
 };
 use image::GrayImage;
 use nalgebra::{UnitQuaternion, Vector3, Vector4};
-
-const HOUR_SECS: f64 = 3600.0;
 
 /// A camera on a mount over a street, with a watch.
 #[derive(Clone)]

@@ -55,6 +55,7 @@ pub use input::{Answer, Input, LearnedSample, Picture, turn_of};
 pub use no_answer::NoAnswer;
 pub use overlay::Mask;
 pub use sequential::{RELEVANT, Sequential, Verdict};
+pub use slot::{DAY_SECS, HOUR_SECS};
 pub use state::{Cause, Decision, Finding, State};
 pub use station::{Looked, Shelf, Station};
 pub use watch::Watch;

@@ -194,9 +194,9 @@ impl Sequential {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slot::HOUR_SECS;
 
     const WIDTH_PX: f64 = 1024.0;
-    const HOUR_SECS: f64 = 3600.0;
 
     #[test]
     fn a_mount_that_jerks_widens_its_limits_and_an_even_one_keeps_them() {

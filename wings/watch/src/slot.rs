@@ -2,8 +2,10 @@
 
 use nalgebra::Vector4;
 
-pub(crate) const HOUR_SECS: f64 = 3600.0;
-pub(crate) const DAY_SECS: f64 = 24.0 * HOUR_SECS;
+/// Seconds of an hour.
+pub const HOUR_SECS: f64 = 3600.0;
+/// Seconds of a day.
+pub const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 /// Number of agreeing values beyond chance: one may be wrong, and two may contradict each other.
 pub(crate) const SEVERAL: usize = 3;
 /// Time within which estimates are dependent: a camera's sway lasts for hours.

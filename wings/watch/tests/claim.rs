@@ -5,12 +5,11 @@
 
 use boresight_geometry::{Camera, frame::ImageSize};
 use boresight_watch::{
-    Answer, Cause, Causes, Decision, Finding, Input, Lens, Measured, NoAnswer, Picture, Sighting,
-    State, Watch, fit,
+    Answer, Cause, Causes, Decision, Finding, HOUR_SECS, Input, Lens, Measured, NoAnswer, Picture,
+    Sighting, State, Watch, fit,
 };
 use nalgebra::{Point2, Vector2};
 
-const HOUR_SECS: f64 = 3600.0;
 const F_PX: f64 = 800.0;
 
 /// A camera with an answer every hour.

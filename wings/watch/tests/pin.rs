@@ -3,12 +3,12 @@
 
 use boresight_geometry::{Camera, frame::ImageSize};
 use boresight_watch::{
-    Answer, Decision, Finding, Input, LearnedSample, Lens, NoAnswer, Picture, State, Watch,
+    Answer, Decision, Finding, HOUR_SECS, Input, LearnedSample, Lens, NoAnswer, Picture, State,
+    Watch,
 };
 use nalgebra::Point2;
 
 const F_PX: f64 = 800.0;
-const HOUR_SECS: f64 = 3600.0;
 
 struct Tripod {
     watch: Watch,

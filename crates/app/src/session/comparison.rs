@@ -18,8 +18,8 @@ use boresight_present::text;
 
 /// File name of a comparison in the session's folder.
 const CHECK_FILE: &str = "check.json";
-/// Most older calibrations offered.
-const MOST_OFFERED: usize = 50;
+/// Most older calibrations or recordings offered.
+pub(crate) const MOST_OFFERED: usize = 50;
 
 /// Reason for not holding a calibration to an older calibration.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -12,7 +12,10 @@ use serde_json::Value;
 
 use crate::{
     JournalReading, REPORT_FILE, RESULT_FILE, RIG_REPORT, RIG_RESULT, SavedSession,
-    session::source::{PathKind, is_session, kind_of},
+    session::{
+        comparison::MOST_OFFERED,
+        source::{PathKind, is_session, kind_of},
+    },
 };
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
@@ -23,8 +26,6 @@ use boresight_run::recording::{
     CameraTable, Header, Replayed, RigSessionFile, SessionFolder, Stored, stored_frame,
 };
 
-/// Most recordings offered.
-const MOST_OFFERED: usize = 50;
 /// Folder of a session's pictures.
 const FRAMES: &str = "frames";
 /// Largest picture read for a list, in bytes.

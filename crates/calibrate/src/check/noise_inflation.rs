@@ -18,7 +18,7 @@ const MIN_GAIN: f64 = 10.8;
 /// weight.
 const STEP: f64 = 1.2;
 /// Number of correlated residuals with the information of a single residual about a view's noise.
-const ALIKE: f64 = 4.0;
+pub(crate) const ALIKE: f64 = 4.0;
 /// Parameters of a homography.
 const HOMOGRAPHY: f64 = 8.0;
 

@@ -11,12 +11,9 @@ use super::{
     bundle::{InstantBlock, OF_CAMERA, Reduced},
     fit::{Fit, Uncertainty},
 };
+use crate::solve::odds::{CLEAR, UNLIKELY};
 use boresight_geometry::{LENS_PARAMETERS, LensParameter};
 
-/// Gain over nothing, and over every other cause, of one that is named.
-const CLEAR: f64 = 10.0;
-/// Gain against a cause that is unlikely before the pictures are seen.
-const UNLIKELY: f64 = 10.0;
 /// Instants of a camera on either side of a change.
 const EITHER_SIDE: usize = 3;
 /// Expected size of a move: radians and metres.

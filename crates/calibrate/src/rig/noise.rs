@@ -6,14 +6,13 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::check::noise_inflation::ALIKE;
 use boresight_geometry::Corner;
 
 /// Median of half a χ² with two degrees of freedom.
 const MEDIAN: f64 = core::f64::consts::LN_2;
 /// Squared distance from which a corner is an outlier, in variances.
 const OUTLIER: f64 = 12.0;
-/// Number of correlated residuals with the information of a single one about a picture's noise.
-const ALIKE: f64 = 4.0;
 /// Pictures from which the noise of each is estimated.
 const PICTURES: usize = 3;
 

@@ -6,7 +6,7 @@ use serde_json::{Map, Number, Value};
 use super::old_calibration::NotImported;
 
 /// Deepest nesting allowed.
-const MAX_DEPTH: usize = 32;
+pub(super) const MAX_DEPTH: usize = 32;
 
 /// Parses a single literal up to the end of the text.
 pub(super) fn parse(text: &str) -> Result<Value, NotImported> {

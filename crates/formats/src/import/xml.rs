@@ -3,15 +3,13 @@
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::{Map, Value};
 
-use super::old_calibration::NotImported;
+use super::{literal::MAX_DEPTH, old_calibration::NotImported};
 
 /// Most elements and texts in a file. A calibration has tens, OpenCV's with every corner has
 /// hundreds.
 const MAX_NODES: u32 = 10_000;
 /// Most attributes of an element: the parser compares each with each. XMP has tens.
 const MAX_ATTRIBUTES: usize = 256;
-/// Deepest nesting allowed.
-const MAX_DEPTH: usize = 32;
 
 /// Name and contents of the root element. An element with elements is an object, one of numbers a
 /// number or a list, another one a text; a repeated element counts once.

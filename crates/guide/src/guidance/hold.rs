@@ -12,7 +12,7 @@ const MORE: f64 = 1.05;
 /// Pace at which a hold fades, as a share of the pace at which it grows.
 const FADING: f64 = 0.5;
 /// Longest time credited to a frame, even after a longer gap.
-const LONGEST_STEP_SECS: f64 = 0.5;
+pub(crate) const LONGEST_STEP_SECS: f64 = 0.5;
 
 /// A held view. Progress grows with every good frame and fades with every other one, so a moment's
 /// unrest costs a moment.

@@ -23,7 +23,7 @@ mod advice;
 mod gain;
 #[doc(hidden)]
 pub mod hand_motion;
-mod hold;
+pub(super) mod hold;
 mod independence;
 #[doc(hidden)]
 pub mod information;

@@ -2,15 +2,13 @@
 
 use nalgebra::Point2;
 
-use crate::session::LiveView;
+use crate::{guidance::hold::LONGEST_STEP_SECS, session::LiveView};
 use boresight_geometry::frame::CaptureTime;
 
 /// Speed of the corners below which a board rests, in picture widths per second. Pictures of two
 /// cameras without a trigger are up to a frame apart: at 30 pictures per second, corners in a
 /// picture 1280 pixels wide then differ by at most 0.2 px.
 const REST_WIDTHS_PER_SEC: f64 = 0.005;
-/// Longest time credited to a frame.
-const LONGEST_STEP_SECS: f64 = 0.5;
 
 /// Newest board in a camera's pictures, and the time that it has rested.
 #[derive(Clone, Debug, Default)]

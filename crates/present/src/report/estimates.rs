@@ -5,6 +5,7 @@ use nalgebra::Point2;
 use super::{
     line::Line,
     number::{brief_data, measured, row},
+    picture_maps::LABELS,
     section::{figure, missing},
 };
 use crate::{
@@ -15,8 +16,6 @@ use boresight_formats::{CalibrationFile, EstimateEntry, LensEntry};
 
 /// Standard deviations covered by an ellipse.
 pub(super) const SDS: f64 = 2.0;
-/// Maximum number of labels: more would hide the lines.
-const LABELS: usize = 24;
 
 /// Stable name and mark of each method, and true if the method models the lens.
 const METHODS: [(&str, bool); 6] = [

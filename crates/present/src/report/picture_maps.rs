@@ -15,7 +15,7 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{BoardOutline, frame::ImageSize};
 
-/// Maximum number of labels: more would hide the outlines.
+/// Maximum number of labels: more would hide the outlines or lines.
 pub(super) const LABELS: usize = 24;
 /// Maximum number of arrows: more can't be told apart.
 pub(super) const MOST_ARROWS: usize = 1200;

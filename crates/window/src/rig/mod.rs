@@ -37,8 +37,8 @@ use boresight_run::pipeline::{Background, LatestReceiver, PipelineError, latest}
 pub(crate) use page::arranged;
 pub use page::show;
 
-/// Time within which wakes paint once.
-const MOMENT: Duration = Duration::from_millis(15);
+/// Time within which wakes paint once: for a picture, and its detections.
+pub(super) const MOMENT: Duration = Duration::from_millis(15);
 
 /// Camera of a rig on the screen.
 #[derive(Default)]

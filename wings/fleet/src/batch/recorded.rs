@@ -15,7 +15,7 @@ use boresight_formats::CalibrationFile;
 use boresight_run::recording::{Header, SessionFolder};
 
 /// Largest readable result, in bytes.
-const RESULT_LIMIT: u64 = 16 << 20;
+pub(super) const RESULT_LIMIT: u64 = 16 << 20;
 
 /// Row of the recorded result of the session in `folder`; `None` without a result.
 ///

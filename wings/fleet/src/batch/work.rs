@@ -13,7 +13,7 @@ use super::{
     item::Item,
     job::{Action, Job},
     not_worked::NotWorked,
-    recorded::{describe, recorded},
+    recorded::{RESULT_LIMIT, describe, recorded},
     row::{DecisionsEntry, Row},
     store::Store,
     taken::TakenSession,
@@ -34,9 +34,6 @@ use boresight_capture::is_bag;
 use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
 use boresight_run::recording::{Replayed, SessionFolder};
-
-/// Largest result read for the verdict, in bytes.
-const RESULT_LIMIT: u64 = 16 << 20;
 
 /// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every
 /// error becomes a row: nothing in a session stops a batch.

@@ -16,11 +16,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use boresight_geometry::{Camera, frame::ImageSize};
+use boresight_watch::{DAY_SECS, HOUR_SECS};
 use panorama::Panorama;
 pub use script::{NoStreet, Planted, What};
 
-const DAY_SECS: f64 = 86_400.0;
-const HOUR_SECS: f64 = 3600.0;
 /// Target level of the automatic exposure by day, and maximum gain at night.
 const EXPOSED: f64 = 105.0;
 const LARGEST_GAIN: f64 = 900.0;
