@@ -1,22 +1,21 @@
 use std::borrow::Cow;
 
-use nalgebra::{Matrix3, Point2};
+use nalgebra::Point2;
 
 use super::{
     causes::{Correction, with_square_pixels},
     check::{heavy_tails::TailWeights, noise_inflation::CornerNoise, odd_corners::is_grid},
     examined::{Examined, shared_causes},
-    free_fit::FreeFit,
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
+    pinhole_views::PinholeViews,
     repeats::Repeats,
     result::Calibration,
     solve::{
         bundle::{Bundle, BundleState, InvalidCorners, Observations},
-        free_homography::{self, DistortionCentrePrior, FreeHomographies},
-        initial_guess::{AsSeen, NotPlanar, as_seen, distinct_views, noise_floor, starts},
+        initial_guess::{NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensFamily, LensModel, LensPrior},
-        model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
+        model_choice::{ModelChoice, ModelSearch, Reversals, SAME_COST, fit_models},
         wide_lens::{WideLens, WideSearch, better_families, is_wide},
     },
     summary::assemble,
@@ -247,34 +246,40 @@ impl Given<'_> {
         let as_seen = as_seen(views, board_m, image_size)
             .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
         let distinct = distinct_views(views, board, image_size);
-        let free = |views: &[Vec<Corner>], observations: &Observations| match wide {
-            Some(wide) => FreeFit::straightened(views, board_m, image_size, &wide.state.camera),
+        let aspect = correction.map_or(1.0, Correction::pixel_aspect);
+        let pinhole = |views: &[Vec<Corner>], observations: &Observations| match wide {
+            Some(wide) => {
+                PinholeViews::straightened(views, board_m, image_size, &wide.state.camera)
+            }
+            None if aspect == 1.0 => {
+                let homographies = &as_seen.image_from_board;
+                Some(PinholeViews::observed(observations.clone(), homographies, image_size))
+            }
             None => {
-                Some(FreeFit::of(self.free(views, observations, &as_seen)?, observations.clone()))
+                let square = with_square_pixels(views, aspect);
+                let square = self::observations(&square, board_m, params.threads).ok()?;
+                let homographies = &as_seen.image_from_board;
+                Some(PinholeViews::squared(square, homographies, image_size, aspect))
             }
         };
-        let mut fit = free(views, &observations);
-        let noise = fit.as_ref().map(|fit| CornerNoise::of(&fit.residuals_px));
+        let mut shown = pinhole(views, &observations);
+        let rough = shown.as_ref().and_then(PinholeViews::rough);
+        let noise = shown.as_ref().zip(rough.as_ref());
+        let noise = noise.map(|(shown, rough)| CornerNoise::of(&shown.residuals_px(rough, views)));
         let mut views = Cow::Borrowed(views);
-        let noisy = noise.as_ref().and_then(|noise| noise.applied(&views));
-        let is_noisy = noisy.is_some();
-        if let Some(noisy) = noisy {
+        if let Some(noisy) = noise.as_ref().and_then(|noise| noise.applied(&views)) {
             views = Cow::Owned(noisy);
             observations = self::observations(&views, board_m, params.threads)?;
+            shown = pinhole(&views, &observations);
         }
-        let tails = fit.as_ref().and_then(|fit| {
-            let observations = match wide {
-                Some(_) => fit.observations.as_ref()?,
-                None => &observations,
-            };
-            TailWeights::of(observations, &fit.free, board)
-        });
-        let weighted = tails.as_ref().map(|tails| tails.applied(&views));
-        if let Some(weighted) = &weighted {
-            observations = self::observations(weighted, board_m, params.threads)?;
-        }
-        if is_noisy || weighted.is_some() {
-            fit = free(weighted.as_deref().unwrap_or(&views), &observations);
+        let whole = shown.as_ref().filter(|shown| shown.is_whole());
+        let tails = whole
+            .zip(rough.as_ref())
+            .and_then(|(shown, rough)| TailWeights::of(&shown.observations, rough, board));
+        if let Some(tails) = &tails {
+            let weighted = tails.applied(&views);
+            observations = self::observations(&weighted, board_m, params.threads)?;
+            shown = pinhole(&weighted, &observations);
         }
         Ok(Inputs {
             noise_floor: noise_floor(&views),
@@ -284,7 +289,7 @@ impl Given<'_> {
             image_size,
             params,
             observations,
-            free: fit.map(|fit| fit.free),
+            free: shown.zip(rough).and_then(|(shown, rough)| shown.fit_near(&rough)),
             as_seen,
             distinct,
             given,
@@ -294,28 +299,6 @@ impl Given<'_> {
             family: wide.map_or(LensFamily::Brown, |wide| wide.family),
             correction,
         })
-    }
-
-    /// Free homographies through `views`, the source of `observations`. Principal lines meet in the
-    /// principal point only if pixels are square, so the homographies are fitted to square pixels.
-    fn free(
-        &self,
-        views: &[Vec<Corner>],
-        observations: &Observations,
-        as_seen: &AsSeen,
-    ) -> Option<FreeHomographies> {
-        let prior = DistortionCentrePrior::of(self.image_size);
-        let aspect = self.correction.map_or(1.0, Correction::pixel_aspect);
-        if aspect == 1.0 {
-            return free_homography::fit(observations, prior, &as_seen.image_from_board);
-        }
-        let square = with_square_pixels(views, aspect);
-        let square = self::observations(&square, self.board_m, self.params.threads).ok()?;
-        let prior = prior.with_square_pixels(aspect);
-        let squeeze = Matrix3::from_diagonal(&[1.0, 1.0 / aspect, 1.0].into());
-        let image_from_board: Vec<_> =
-            as_seen.image_from_board.iter().map(|h| squeeze * h).collect();
-        Some(free_homography::fit(&square, prior, &image_from_board)?.with_pixel_aspect(aspect))
     }
 }
 
@@ -426,6 +409,8 @@ impl Inputs<'_> {
             choice.bundles.last().map_or(f64::INFINITY, Bundle::noise_factor)
         };
         let mut best: Option<ModelChoice> = None;
+        // Costs of the simplest model: many starts lead to the same minimum.
+        let mut seen: Vec<(Reversals, f64)> = Vec::new();
         for start in starts {
             for reversals in [Reversals::Early, Reversals::Late] {
                 let least = best.as_ref().map_or(f64::INFINITY, &noise_factor);
@@ -433,7 +418,13 @@ impl Inputs<'_> {
                 if best.is_some() && is_enough {
                     return best;
                 }
-                let Some(choice) = fit_models(search, start.clone(), reversals) else { break };
+                let is_known = |bundle: &Bundle| {
+                    let is_same = |cost: f64| (cost - bundle.cost).abs() <= SAME_COST * cost;
+                    seen.iter().any(|(how, cost)| *how == reversals && is_same(*cost))
+                };
+                let choice = fit_models(search, start.clone(), reversals, is_known);
+                let Some(choice) = choice else { break };
+                seen.push((reversals, choice.bundles[0].cost));
                 // Without reversals, late and early fits are the same.
                 let is_all = !choice.reversed;
                 if noise_factor(&choice) < least {

@@ -42,7 +42,7 @@
 //! | `params`, `inputs` | settings; corners and derived inputs before adjustment |
 //! | `calibrate`, `examined` | runs the stages; judges the residuals |
 //! | `summary`, `result` | turns the minimum into a [`Calibration`] |
-//! | `free_fit` | free homographies of the views, straightened under a wide lens |
+//! | `pinhole_views` | corners as a pinhole shows them, and homographies through them |
 //! | `repeats` | pictures of one held pose count once |
 //! | `acceptance` | judges the result by a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
@@ -85,7 +85,6 @@ mod causes;
 mod check;
 mod drift;
 mod examined;
-mod free_fit;
 mod inputs;
 mod judge;
 mod known_lens;
@@ -93,6 +92,7 @@ mod lens_change;
 mod lens_difference;
 mod lens_flaw;
 mod params;
+mod pinhole_views;
 mod repeats;
 mod result;
 mod rig;

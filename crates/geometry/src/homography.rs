@@ -65,6 +65,28 @@ impl Homography {
     /// [`NoHomography`] if there are fewer than four corners, if they or the board points are
     /// collinear, or if a number is not finite.
     pub fn fit(board_points_m: &[Point2<f64>], corners: &[Corner]) -> Result<Self, NoHomography> {
+        Self::fit_from(board_points_m, corners, None)
+    }
+
+    /// [`Self::fit`] from a homography near the result.
+    ///
+    /// # Errors
+    ///
+    /// See [`Self::fit`].
+    #[doc(hidden)]
+    pub fn fit_near(
+        board_points_m: &[Point2<f64>],
+        corners: &[Corner],
+        image_from_board: &Matrix3<f64>,
+    ) -> Result<Self, NoHomography> {
+        Self::fit_from(board_points_m, corners, Some(image_from_board))
+    }
+
+    fn fit_from(
+        board_points_m: &[Point2<f64>],
+        corners: &[Corner],
+        near: Option<&Matrix3<f64>>,
+    ) -> Result<Self, NoHomography> {
         let (points, seen_corners) = seen(board_points_m, corners);
         let (board_points_m, corners) = (points.as_ref(), seen_corners.as_ref());
         if corners.len() != board_points_m.len() || corners.len() < 4 {
@@ -84,7 +106,14 @@ impl Homography {
             .map(|corner| (corner.covariance_px2 * image_scale * image_scale).try_inverse())
             .collect();
         let weights = weights.ok_or(NoHomography::NotFinite)?;
-        let start = direct_linear_transform(&board, &image)?;
+        let board_from_normal = normal_from_board.try_inverse().ok_or(NoHomography::Degenerate)?;
+        let start = match near {
+            None => direct_linear_transform(&board, &image)?,
+            Some(h) => {
+                let h = normal_from_image * h * board_from_normal;
+                Nine::from_row_slice(h.transpose().as_slice())
+            }
+        };
         let problem = Reprojection { board: &board, image: &image, weights: &weights };
         let minimum =
             minimise(&problem, start.normalize(), Limits::EXACT).ok_or(NoHomography::Degenerate)?;

@@ -12,13 +12,11 @@ use crate::solve::{
     bundle::Bundle,
     lens_model::tie_covariance,
     odds::CLEAR,
-    schur_lm::{Minimum, NormalEquations, ViewBlock, inverse, minimise_to},
+    schur_lm::{Limits, Minimum, NormalEquations, ViewBlock, inverse, minimise},
     view_scatter::Scatter,
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
-/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change odds of at least e⁵.
-const NEGLIGIBLE_STEP: f64 = 1e-3;
 /// Least gain promised by one pass, as a share of the penalty for the parameters.
 const PROMISING: f64 = 0.8;
 /// Least reported shift by pixels or squares that aren't square, anywhere in the picture: the error
@@ -206,7 +204,7 @@ impl<'a> Search<'a> {
         let problem = ExtendedProblem { observations, kind, half_board_m, square_pixels, free };
         let start = ExtendedState { bundle: self.bundle.state.clone(), extras: [0.0; EXTRAS] };
         let minimum: Minimum<_, NormalEquations<SHARED, 6>> =
-            minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
+            minimise(&problem, start, Limits::TRIAL)?;
         if !minimum.converged {
             return None;
         }

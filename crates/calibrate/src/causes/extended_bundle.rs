@@ -158,6 +158,10 @@ impl Problem<NormalEquations<SHARED, 6>> for ExtendedProblem<'_> {
         cost.is_finite().then_some((cost, normal))
     }
 
+    fn noise_variance(&self, cost: f64) -> f64 {
+        self.observations.noise_variance(cost)
+    }
+
     fn moved(&self, state: &ExtendedState, step: &Step<SHARED, 6>) -> ExtendedState {
         let mut lens = state.bundle.camera.lens_parameters();
         lens.iter_mut().zip(step.shared.iter()).for_each(|(value, change)| *value += change);

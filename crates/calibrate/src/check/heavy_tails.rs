@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::solve::{bundle::Observations, free_homography::FreeHomographies, whitened::Whitened};
+use crate::solve::{bundle::Observations, free_homography::RoughHomographies, whitened::Whitened};
 use boresight_geometry::{Corner, boards::Board};
 
 /// Candidate degrees of freedom.
@@ -35,7 +35,7 @@ impl TailWeights {
     /// explain the residuals as well.
     pub(crate) fn of(
         observations: &Observations,
-        free: &FreeHomographies,
+        free: &RoughHomographies,
         board: &Board,
     ) -> Option<Self> {
         let residuals = free.residuals_px(observations);

@@ -47,6 +47,9 @@ const VIEWS: usize = 50;
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;
 
+/// Difference of −2 log likelihoods from which a model doesn't count: odds of e⁻¹².
+const UNLIKELY: f64 = 24.0;
+
 /// Parameters of the correlation: `a` and `ℓ`.
 const PARAMETERS: f64 = 2.0;
 
@@ -102,38 +105,38 @@ pub(crate) fn noise_correlation(
     if left < 1.0 || spacing_px.is_nan() || spacing_px <= 0.0 {
         return None;
     }
-    // Independent noise first.
-    let mut models = Vec::with_capacity(1 + SHARES.len() * LENGTHS.len());
+    let white: Vec<DMatrix<f64>> =
+        views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let fit = |share: f64, smooth: &[DMatrix<f64>]| {
         restricted_likelihood(&views, smooth, share, bundle, left)
     };
-    let white: Vec<DMatrix<f64>> =
-        views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
-    models.push((0.0, 0, independent_cost - 2.0 * libm::log(INDEPENDENT), variance));
     // A thinned corner represents `step` corners, a pair the square of that, and a view `every`
     // views.
     let (step, every) = (step as f64, every as f64);
     let independent = between(&views, &white) * (step * every);
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
-    let mut by_length = Vec::with_capacity(LENGTHS.len());
-    for (length, times) in LENGTHS.into_iter().enumerate() {
-        let smooth: Vec<DMatrix<f64>> =
-            views.iter().map(|view| view.smooth(times * spacing_px)).collect();
-        for share in SHARES {
-            if let Some((cost, variance)) = fit(share, &smooth) {
-                models.push((share, length, cost - 2.0 * libm::log(prior), variance));
-            }
-        }
-        let pairs = between(&views, &smooth) * every - independent / step;
-        by_length.push(pairs * (step * step) + independent);
-    }
+    // Independent noise first.
+    let mut models = vec![(0.0, 0, independent_cost - 2.0 * libm::log(INDEPENDENT), variance)];
+    let mut smooth: [Option<Vec<DMatrix<f64>>>; LENGTHS.len()] = Default::default();
+    likely_models(|share, length| {
+        let smooth_at = || views.iter().map(|v| v.smooth(LENGTHS[length] * spacing_px)).collect();
+        let smooth = smooth[length].get_or_insert_with(smooth_at);
+        let (cost, variance) = fit(SHARES[share], smooth)?;
+        let cost = cost - 2.0 * libm::log(prior);
+        models.push((SHARES[share], length, cost, variance));
+        Some(cost)
+    });
+    let by_length = smooth.map(|smooth| {
+        let pairs = between(&views, &smooth?) * every - independent / step;
+        Some(pairs * (step * step) + independent)
+    });
     let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
     let odds = |cost: f64| libm::exp(-0.5 * (cost - least));
     let total: f64 = models.iter().map(|model| odds(model.2)).sum();
     let mut information = LensMatrix::zeros();
     for &(share, length, cost, variance) in &models {
-        let smooth = &by_length[length];
+        let smooth = by_length[length].unwrap_or(independent);
         let of_model = independent * (1.0 - share) + smooth * share;
         information += of_model * (variance * odds(cost) / total);
     }
@@ -148,6 +151,37 @@ pub(crate) fn noise_correlation(
         information,
         independent,
     })
+}
+
+/// Calls `cost_of` with the indices of a share and a length for the models of the grid that count:
+/// from the middle downhill, and on as far as a neighbour's cost is within [`UNLIKELY`] of the
+/// least.
+fn likely_models(mut cost_of: impl FnMut(usize, usize) -> Option<f64>) {
+    let mut is_tried = [[false; LENGTHS.len()]; SHARES.len()];
+    let mut open = vec![(f64::NEG_INFINITY, SHARES.len() / 2, LENGTHS.len() / 2)];
+    let mut least = f64::INFINITY;
+    let by_cost = |(_, a): &(usize, &(f64, usize, usize)),
+                   (_, b): &(usize, &(f64, usize, usize))| {
+        a.0.total_cmp(&b.0)
+    };
+    while let Some((next, _)) = open.iter().enumerate().min_by(by_cost) {
+        let (cost, share, length) = open.swap_remove(next);
+        if cost > least + UNLIKELY {
+            return;
+        }
+        let near_share = |(other, _): &(usize, _)| share.abs_diff(*other) <= 1;
+        let near_length = |(other, _): &(usize, _)| length.abs_diff(*other) <= 1;
+        for (share, is_tried) in is_tried.iter_mut().enumerate().filter(near_share) {
+            for (length, is_tried) in is_tried.iter_mut().enumerate().filter(near_length) {
+                if std::mem::replace(is_tried, true) {
+                    continue;
+                }
+                let cost = cost_of(share, length).unwrap_or(f64::INFINITY);
+                least = least.min(cost);
+                open.push((cost, share, length));
+            }
+        }
+    }
 }
 
 impl NoiseCorrelation {
@@ -224,6 +258,34 @@ impl View {
     }
 }
 
+/// Replaces the lower triangle of a covariance with its Cholesky factor; false if it isn't positive
+/// definite.
+struct Factoring<'a>(&'a mut DMatrix<f64>);
+
+impl Loop for Factoring<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let count = self.0.nrows();
+        let mut right = self.0.as_mut_slice();
+        for j in 0..count {
+            let (column, after) = std::mem::take(&mut right).split_at_mut(count);
+            let root = column[j].sqrt();
+            if root.is_nan() || root == 0.0 {
+                return false;
+            }
+            column[j..].iter_mut().for_each(|value| *value /= root);
+            for (k, other) in (j + 1..count).zip(after.chunks_exact_mut(count)) {
+                let by = column[k];
+                other[k..].iter_mut().zip(&column[k..]).for_each(|(value, of)| *value -= by * of);
+            }
+            right = after;
+        }
+        true
+    }
+}
+
 struct Whitening<'a>(&'a mut [Row<TILES>], &'a DMatrix<f64>);
 
 impl Loop for Whitening<'_> {
@@ -292,8 +354,10 @@ fn restricted_likelihood(
         for i in 0..view.count() {
             covariance[(i, i)] += 1.0 - share;
         }
-        let factor = covariance.cholesky()?;
-        let factor = factor.l_dirty();
+        if !widest(Factoring(&mut covariance)) {
+            return None;
+        }
+        let factor = &covariance;
         log_determinants += 4.0 * (0..view.count()).map(|i| libm::log(factor[(i, i)])).sum::<f64>();
         let (cost, block) = Gram::of(&view.whitened(factor)).split::<LENS_PARAMETERS, 6>();
         let (information, gradient) = block.reduced()?;

@@ -17,15 +17,13 @@ use crate::{
     known_lens::KnownLens,
     solve::{
         lens_model::LensModel,
-        schur_lm::minimise_to,
+        schur_lm::{Limits, minimise},
         view_scatter::{Scatter, averaged},
         whitened::whiten,
     },
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter};
 
-/// `δᵀ g` at which a fit ends: 0.001 standard deviations.
-const NEGLIGIBLE_STEP: f64 = 1e-6;
 /// Rounds of noise and fit, as in the bundle of one camera.
 const ROUNDS: usize = 3;
 /// Squared distance, in variances, counted for an outlier.
@@ -144,7 +142,7 @@ pub(super) fn fit(
     for _ in 0..ROUNDS {
         let whitened = whitened(&views, &noise(&views, &state, board_m, lenses.len())?, board_m)?;
         let problem = RigProblem { views: &whitened, lenses, shape, origin };
-        let minimum = minimise_to(&problem, state, NEGLIGIBLE_STEP)?;
+        let minimum = minimise(&problem, state, Limits::ROUGH)?;
         state = minimum.state;
         found = Some((whitened, minimum.normal));
     }

@@ -12,7 +12,9 @@ use super::{
     common_error::CommonError,
     gram::{Gram, Row},
     lens_model::{LensFreedom, LensPrior, tie_covariance, tie_focal_lengths},
-    schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
+    schur_lm::{
+        LEAST_NOISE_VARIANCE, Limits, NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+    },
     whitened::{Whitened, whiten},
 };
 use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, LensMatrix, parallel};
@@ -124,6 +126,11 @@ impl Observations {
         2 * self.views.iter().map(Vec::len).sum::<usize>()
     }
 
+    /// Variance of the corners as a multiple of the stated one, from a sum of squares.
+    pub(crate) fn noise_variance(&self, cost: f64) -> f64 {
+        cost / self.coordinate_count() as f64
+    }
+
     /// Mean square added to a whitened coordinate by an error of `px` along each axis.
     pub(crate) fn whitened_square(&self, px: f64) -> f64 {
         let squares = self.views.iter().flatten().map(|corner| corner.whitener.norm_squared());
@@ -233,7 +240,7 @@ pub struct Bundle {
     pub cost: f64,
     /// Measured coordinates minus estimated parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// True if the next step is below 1e-9 standard deviations, or below 1e-2 after the last step.
+    /// True if the next step is below 1e-7 standard deviations, or below 1e-2 after the last step.
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses marginalised out.
     information: LensMatrix,
@@ -250,10 +257,6 @@ struct BundleProblem<'a> {
     noise_variance: f64,
 }
 
-/// Least noise variance against which a prior is weighed; keeps a prior effective when corners are
-/// exact.
-pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
-
 /// Minimises the reprojection error from `start`, one pose per view.
 ///
 /// A prior is weighed against the actual noise of the corners rather than the stated one, so a
@@ -267,25 +270,25 @@ pub fn adjust(
     prior: Option<&LensPrior>,
     start: BundleState,
 ) -> Option<Bundle> {
-    adjust_from(observations, freedom, prior, start, Start::Guess)
+    adjust_from(observations, freedom, prior, start, Limits::GUESS)
 }
 
-/// [`adjust`] from a start of known quality.
+/// [`adjust`] within other limits.
 pub(super) fn adjust_from(
     observations: &Observations,
     freedom: &LensFreedom,
     prior: Option<&LensPrior>,
     start: BundleState,
-    how: Start,
+    limits: Limits,
 ) -> Option<Bundle> {
     if observations.view_count() == 0 || start.cam_from_board.len() != observations.view_count() {
         return None;
     }
     // Brown's model takes matrices of half the size.
     if freedom.parameters().into_iter().any(|parameter| !parameter.is_browns()) {
-        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start, how)
+        adjust_sized::<LENS_PARAMETERS>(observations, freedom, prior, start, limits)
     } else {
-        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start, how)
+        adjust_sized::<BROWN_PARAMETERS>(observations, freedom, prior, start, limits)
     }
 }
 
@@ -295,17 +298,17 @@ fn adjust_sized<const S: usize>(
     freedom: &LensFreedom,
     prior: Option<&LensPrior>,
     start: BundleState,
-    how: Start,
+    limits: Limits,
 ) -> Option<Bundle> {
     let parameters = freedom.count() + 6 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
     let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
-    let mut minimum = minimise::<_, NormalEquations<S, 6>>(&problem, start, how)?;
+    let mut minimum = minimise::<_, NormalEquations<S, 6>>(&problem, start, limits)?;
     if prior.is_some() {
         let BundleState { camera, cam_from_board } = &minimum.state;
         let cost = observations.cost(camera, cam_from_board)?;
         problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-        minimum = minimise::<_, NormalEquations<S, 6>>(&problem, minimum.state, Start::Guess)?;
+        minimum = minimise::<_, NormalEquations<S, 6>>(&problem, minimum.state, Limits::NEAR)?;
     }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {
@@ -472,6 +475,10 @@ impl<const S: usize> Problem<NormalEquations<S, 6>> for BundleProblem<'_> {
             }
         }
         cost.is_finite().then_some((cost, normal))
+    }
+
+    fn noise_variance(&self, cost: f64) -> f64 {
+        self.observations.noise_variance(cost)
     }
 
     fn moved(&self, state: &BundleState, step: &Step<S, 6>) -> BundleState {

@@ -11,10 +11,12 @@
 use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
 use super::{
-    bundle::{LEAST_NOISE_VARIANCE, Observations},
+    bundle::Observations,
     free_covariance::{Local, pp_covariance},
     gram::{Gram, Row},
-    schur_lm::{NormalEquations, Problem, Start, Step, ViewBlock, inverse, minimise},
+    schur_lm::{
+        LEAST_NOISE_VARIANCE, Limits, NormalEquations, Problem, Step, ViewBlock, inverse, minimise,
+    },
 };
 use boresight_geometry::{
     Corner, Distortion, Homography, OutlierLine, PrincipalLine, consistent_lines, frame::ImageSize,
@@ -107,30 +109,10 @@ impl FreeHomographies {
     pub(crate) fn unit_px(&self) -> f64 {
         SCALE_PX
     }
-
-    /// Residual, px, and stated covariance, px², of every corner, view by view.
-    pub(crate) fn residuals_px(
-        &self,
-        observations: &Observations,
-    ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
-        let lens = Distortion { k1: self.k[0], k2: self.k[1], ..Distortion::default() };
-        let centre = self.distortion_centre_px;
-        self.image_from_board
-            .iter()
-            .enumerate()
-            .flat_map(|(view, h)| observations.view(view).iter().map(move |corner| (h, corner)))
-            .filter_map(|(h, corner)| {
-                let undistorted_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
-                let g = Point2::from((undistorted_px - centre) / SCALE_PX);
-                let predicted = centre + lens.apply(&g).coords * SCALE_PX;
-                let information = corner.whitener.transpose() * corner.whitener;
-                Some((corner.px - predicted, information.try_inverse()?))
-            })
-            .collect()
-    }
 }
 
-#[derive(Clone)]
+/// Distortion centre and coefficients, and the homography of each view.
+#[derive(Clone, Debug)]
 struct FreeState {
     shared: Vector4<f64>,
     views: Vec<Local>,
@@ -138,6 +120,71 @@ struct FreeState {
 
 fn lens(state: &FreeState) -> Distortion {
     Distortion { k1: state.shared[2], k2: state.shared[3], ..Distortion::default() }
+}
+
+/// First fit of the model: enough for residuals, and a start.
+#[derive(Clone, Debug)]
+pub(crate) struct RoughHomographies {
+    state: FreeState,
+    board_scale_m: f64,
+}
+
+impl RoughHomographies {
+    /// Fit to 0.03 standard deviations from the homographies of the distorted corners, for each
+    /// view. `None` with fewer than two views, or if the fit fails.
+    pub(crate) fn of(
+        observations: &Observations,
+        prior: DistortionCentrePrior,
+        image_from_board_as_seen: &[Matrix3<f64>],
+    ) -> Option<Self> {
+        let views = observations.view_count();
+        if views < 2 || image_from_board_as_seen.len() != views {
+            return None;
+        }
+        let board_scale_m =
+            observations.board_m().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+        let unit_from_board = Matrix3::from_diagonal(&[board_scale_m, board_scale_m, 1.0].into());
+        let (s, middle_px) = (1.0 / SCALE_PX, prior.px);
+        let g_from_image =
+            Matrix3::new(s, 0.0, -s * middle_px.x, 0.0, s, -s * middle_px.y, 0.0, 0.0, 1.0);
+        let views = image_from_board_as_seen
+            .iter()
+            .map(|h| {
+                let h = g_from_image * h * unit_from_board;
+                let h = h / h[(2, 2)];
+                Local::from_iterator((0..8).map(|i| h[(i / 3, i % 3)]))
+            })
+            .collect();
+        let state = FreeState { shared: Vector4::new(middle_px.x, middle_px.y, 0.0, 0.0), views };
+        let mut found = Self { state, board_scale_m };
+        // Without distortion the corners look noisier than they are, which weighs the prior too
+        // much.
+        for _ in 0..2 {
+            let problem = FreeProblem::at(&found, observations, prior)?;
+            found.state = minimise(&problem, found.state, Limits::TRIAL)?.state;
+        }
+        Some(found)
+    }
+
+    /// Residual, px, and stated covariance, px², of every corner, view by view.
+    pub(crate) fn residuals_px(
+        &self,
+        observations: &Observations,
+    ) -> Vec<(Vector2<f64>, Matrix2<f64>)> {
+        let lens = lens(&self.state);
+        let centre = Point2::from(self.state.shared.xy());
+        let of_view = |(view, local): (usize, &Local)| {
+            let h = image_from_board(local, self.board_scale_m, &centre);
+            observations.view(view).iter().filter_map(move |corner| {
+                let undistorted_px = Point2::from_homogeneous(h * corner.board_m.to_homogeneous())?;
+                let g = Point2::from((undistorted_px - centre) / SCALE_PX);
+                let predicted = centre + lens.apply(&g).coords * SCALE_PX;
+                let information = corner.whitener.transpose() * corner.whitener;
+                Some((corner.px - predicted, information.try_inverse()?))
+            })
+        };
+        self.state.views.iter().enumerate().flat_map(of_view).collect()
+    }
 }
 
 struct FreeProblem<'a> {
@@ -154,41 +201,21 @@ pub fn fit(
     prior: DistortionCentrePrior,
     image_from_board_as_seen: &[Matrix3<f64>],
 ) -> Option<FreeHomographies> {
-    if observations.view_count() < 2 || image_from_board_as_seen.len() != observations.view_count()
-    {
-        return None;
-    }
-    let largest = observations.board_m().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
-    let mut problem = FreeProblem { observations, board_scale_m: largest, prior };
-    let board_from_unit = Matrix3::from_diagonal(&[largest, largest, 1.0].into());
-    let g_from_image = Matrix3::new(
-        1.0 / SCALE_PX,
-        0.0,
-        -prior.px.x / SCALE_PX,
-        0.0,
-        1.0 / SCALE_PX,
-        -prior.px.y / SCALE_PX,
-        0.0,
-        0.0,
-        1.0,
-    );
-    let views = image_from_board_as_seen
-        .iter()
-        .map(|h| {
-            let h = g_from_image * h * board_from_unit;
-            let h = h / h[(2, 2)];
-            Local::from_iterator((0..8).map(|i| h[(i / 3, i % 3)]))
-        })
-        .collect();
-    let start = FreeState { shared: Vector4::new(prior.px.x, prior.px.y, 0.0, 0.0), views };
-    let mut minimum = minimise(&problem, start, Start::Guess)?;
-    let parameters = 4 + 8 * observations.view_count();
-    let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
-    // The prior is weighed against the actual noise of the corners.
-    let cost = minimum.cost - problem.prior_cost(&minimum.state.shared);
-    let noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-    problem.prior.sd_px /= noise_variance.sqrt();
-    minimum = minimise(&problem, minimum.state, Start::Guess)?;
+    let rough = RoughHomographies::of(observations, prior, image_from_board_as_seen)?;
+    fit_near(observations, prior, &rough)
+}
+
+/// [`fit`] from a first fit of the same corners, perhaps with other covariances.
+pub(crate) fn fit_near(
+    observations: &Observations,
+    prior: DistortionCentrePrior,
+    near: &RoughHomographies,
+) -> Option<FreeHomographies> {
+    let problem = FreeProblem::at(near, observations, prior)?;
+    let minimum = minimise(&problem, near.state.clone(), Limits::NEAR)?;
+    let degrees_of_freedom = problem.degrees_of_freedom();
+    let cost = (minimum.cost - problem.prior_cost(&minimum.state.shared)).max(0.0);
+    let noise_variance = cost / degrees_of_freedom as f64;
     let state = &minimum.state;
     let distortion_centre_px = Point2::new(state.shared[0], state.shared[1]);
     let lines = (0..observations.view_count())
@@ -209,14 +236,14 @@ pub fn fit(
     let image_from_board = state
         .views
         .iter()
-        .map(|view| image_from_board(view, largest, &distortion_centre_px))
+        .map(|view| image_from_board(view, near.board_scale_m, &distortion_centre_px))
         .collect();
     let usable = pp_px.coords.iter().chain(pp_unit_covariance_px2.iter()).all(|x| x.is_finite());
     usable.then(|| FreeHomographies {
         distortion_centre_px,
         k: [state.shared[2], state.shared[3]],
         image_from_board,
-        cost: minimum.cost - problem.prior_cost(&state.shared),
+        cost,
         degrees_of_freedom,
         pp_px,
         pp_unit_covariance_px2,
@@ -236,7 +263,27 @@ fn image_from_board(view: &Local, board_scale_m: f64, centre_px: &Point2<f64>) -
     image_from_g * h * unit_from_board
 }
 
-impl FreeProblem<'_> {
+impl<'a> FreeProblem<'a> {
+    /// Problem with the prior weighed against the noise of the corners at `start`.
+    fn at(
+        start: &RoughHomographies,
+        observations: &'a Observations,
+        prior: DistortionCentrePrior,
+    ) -> Option<Self> {
+        let mut problem = Self { observations, board_scale_m: start.board_scale_m, prior };
+        let (cost, _) = problem.linearise(&start.state)?;
+        let cost = cost - problem.prior_cost(&start.state.shared);
+        let variance = cost / problem.degrees_of_freedom() as f64;
+        problem.prior.sd_px /= variance.max(LEAST_NOISE_VARIANCE).sqrt();
+        Some(problem)
+    }
+
+    /// Measured coordinates minus parameters; at least 1.
+    fn degrees_of_freedom(&self) -> usize {
+        let parameters = 4 + 8 * self.observations.view_count();
+        self.observations.coordinate_count().saturating_sub(parameters).max(1)
+    }
+
     /// Principal line of the undistorted corners of a view. `Some(None)` for a view without one,
     /// `None` if a corner lies beyond the fold of the lens model.
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
@@ -255,7 +302,8 @@ impl FreeProblem<'_> {
             .collect::<Option<_>>()?;
         let board_m: Vec<Point2<f64>> =
             self.observations.view(view).iter().map(|corner| corner.board_m).collect();
-        let homography = Homography::fit(&board_m, &corners).ok()?;
+        let near = image_from_board(&state.views[view], self.board_scale_m, &centre);
+        let homography = Homography::fit_near(&board_m, &corners, &near).ok()?;
         Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
     }
 
@@ -287,18 +335,18 @@ impl FreeProblem<'_> {
             let outliers = consistent.outliers.iter().map(|outlier| &there[outlier.index]);
             outliers.map(|view| Some(line(view)?.distance_px(&pp_px))).collect()
         };
-        let slopes: Option<Vec<Vec<f64>>> = (0..4)
-            .map(|i| {
+        let slopes = || -> Option<Vec<Vec<f64>>> {
+            let here = distances_px(state)?;
+            let slope = |i: usize| -> Option<Vec<f64>> {
                 let step = 1e-3 * shared_unit_covariance[(i, i)].sqrt();
-                let moved = |step: f64| {
-                    let mut moved = state.clone();
-                    moved.shared[i] += step;
-                    distances_px(&moved)
-                };
-                let (up, down) = (moved(step)?, moved(-step)?);
-                Some(up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step)).collect())
-            })
-            .collect();
+                let mut moved = state.clone();
+                moved.shared[i] += step;
+                let there = distances_px(&moved)?;
+                Some(there.iter().zip(&here).map(|(there, here)| (there - here) / step).collect())
+            };
+            (0..4).map(slope).collect()
+        };
+        let slopes = slopes();
         consistent
             .outliers
             .iter()
@@ -390,6 +438,10 @@ impl Problem<NormalEquations<4, 8>> for FreeProblem<'_> {
         }
         cost += self.prior_cost(&state.shared);
         cost.is_finite().then_some((cost, normal))
+    }
+
+    fn noise_variance(&self, cost: f64) -> f64 {
+        self.observations.noise_variance(cost)
     }
 
     fn moved(&self, state: &FreeState, step: &Step<4, 8>) -> FreeState {

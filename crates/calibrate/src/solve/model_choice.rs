@@ -6,7 +6,7 @@ use super::{
     bundle::{Bundle, BundleState, Observations, adjust_from},
     lens_model::{LensModel, LensPrior},
     reversal::with_better_tilts,
-    schur_lm::Start,
+    schur_lm::Limits,
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts};
 
@@ -20,6 +20,8 @@ const AVERAGING_PENALTY: f64 = 4.5;
 /// Ratio of a view's cost to the median from which a reversal is tried under each richer lens
 /// model.
 const SUSPICIOUS: f64 = 1.5;
+/// Relative difference of the costs of two fits of one model at the same minimum.
+pub(crate) const SAME_COST: f64 = 1e-6;
 /// Most such trials.
 const MOST_REVERSALS: usize = 4;
 
@@ -72,7 +74,7 @@ pub(crate) struct ModelSearch<'a> {
 }
 
 /// Stage at which reversed tilts are tried.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reversals {
     /// Reversals of all views under the simplest model, and of suspicious views under each richer
     /// model.
@@ -84,11 +86,13 @@ pub(crate) enum Reversals {
 
 /// Fits the models in order, each starting from the previous result, the first from `start`.
 ///
-/// `None` if no allowed model can be fitted.
+/// `None` if no allowed model can be fitted, or if the simplest model's fit `is_known`: the others
+/// follow from it.
 pub(crate) fn fit_models(
     search: &ModelSearch<'_>,
     start: BundleState,
     reversals: Reversals,
+    is_known: impl Fn(&Bundle) -> bool,
 ) -> Option<ModelChoice> {
     let (mut state, mut reversed) = (start, false);
     let mut fitted: Vec<(LensModel, Bundle)> = Vec::with_capacity(search.models.len());
@@ -100,9 +104,12 @@ pub(crate) fn fit_models(
         };
         // The step from no distortion to some is long.
         let is_near = place >= 2 && model.is_near_simpler();
-        let how = if is_near { Start::Near } else { Start::Guess };
-        let start = (state, how);
+        let limits = if is_near { Limits::NEAR } else { Limits::GUESS };
+        let start = (state, limits);
         let Some(bundle) = search.fit(*model, start, suspicious, &mut reversed) else { break };
+        if place == 0 && is_known(&bundle) {
+            return None;
+        }
         state = bundle.state.clone();
         fitted.push((*model, bundle));
     }
@@ -153,7 +160,7 @@ impl ModelSearch<'_> {
     fn fit(
         &self,
         model: LensModel,
-        (mut start, how): (BundleState, Start),
+        (mut start, limits): (BundleState, Limits),
         suspicious: f64,
         reversed: &mut bool,
     ) -> Option<Bundle> {
@@ -161,14 +168,14 @@ impl ModelSearch<'_> {
         let freedom = model.freedom(self.square_pixels);
         let own_prior = model.own_prior();
         let prior = self.prior.or(own_prior.as_ref());
-        let adjust = |start, how| adjust_from(self.observations, &freedom, prior, start, how);
-        let mut bundle = adjust(start, how)?;
+        let adjust = |start, limits| adjust_from(self.observations, &freedom, prior, start, limits);
+        let mut bundle = adjust(start, limits)?;
         for _ in 0..MOST_REVERSALS {
             let Some(state) = with_better_tilts(self.observations, &bundle.state, suspicious)
             else {
                 break;
             };
-            let again = adjust(state, Start::Guess).filter(|again| again.cost < bundle.cost);
+            let again = adjust(state, Limits::GUESS).filter(|again| again.cost < bundle.cost);
             let Some(again) = again else { break };
             (bundle, *reversed) = (again, true);
         }

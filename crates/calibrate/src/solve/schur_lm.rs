@@ -9,8 +9,13 @@ use nalgebra::{SMatrix, SVector};
 
 /// Squared length, in standard deviations, of a negligible step after the last: 1e-2 of one.
 const HIDDEN_STEP: f64 = 1e-4;
-/// First damping of the steps from a guess.
-const GUESS_DAMPING: f64 = 1e-4;
+/// Least noise variance, as a multiple of the stated one: of exact corners. A prior weighed against
+/// it stays effective.
+pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
+/// Largest damping at the end: a step under more is short because of the damping.
+const MAX_DAMPING_AT_END: f64 = 0.1;
+/// Least share of the promised fall of the cost, `δᵀ g`, after which steps may be longer.
+const PROMISED: f64 = 0.75;
 
 /// Normal equations `H δ = g` of `S` shared parameters and `L` parameters per view.
 ///
@@ -211,9 +216,14 @@ pub(crate) trait Problem<N: Equations> {
     fn linearise(&self, state: &Self::State) -> Option<(f64, N)>;
     /// `state` moved by `step`.
     fn moved(&self, state: &Self::State, step: &N::Step) -> Self::State;
+    /// Variance of a residual of weight 1.
+    fn noise_variance(&self, _cost: f64) -> f64 {
+        1.0
+    }
 }
 
-/// Final state of [`minimise`]. `cost` and `normal` always belong to `state`.
+/// Final state of [`minimise`]. `cost` and `normal` belong to `state`, or to one a negligible step
+/// away.
 pub(crate) struct Minimum<State, N> {
     pub(crate) state: State,
     pub(crate) cost: f64,
@@ -221,78 +231,68 @@ pub(crate) struct Minimum<State, N> {
     pub(crate) converged: bool,
 }
 
-/// Quality of a start: sets the damping of the first step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Start {
-    /// A rough guess: damped at first.
-    Guess,
-    /// The minimum of nearly the same problem: damping would only shorten steps in directions
+/// Start and end of a descent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    first_damping: f64,
+    /// Largest `δᵀ g` of a negligible step: its squared length in standard deviations.
+    negligible_step: f64,
+}
+
+impl Limits {
+    /// From a rough guess, damped at first, to 1e-7 standard deviations. Large residuals make each
+    /// step a third of the last, so that another digit would take two passes over the corners.
+    pub(crate) const GUESS: Self = Self { first_damping: 1e-4, negligible_step: 1e-14 };
+    /// From the minimum of nearly the same problem: damping would only shorten steps in directions
     /// hardly determined by the corners.
-    Near,
+    pub(crate) const NEAR: Self = Self { first_damping: 1e-8, ..Self::GUESS };
+    /// From a rough guess to 0.001 standard deviations.
+    pub(crate) const ROUGH: Self = Self { negligible_step: 1e-6, ..Self::GUESS };
+    /// To 0.03 standard deviations, which don't change odds of e⁵.
+    pub(crate) const TRIAL: Self = Self { negligible_step: 1e-3, ..Self::GUESS };
 }
 
 /// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started;
 /// deterministic.
 ///
-/// Converged means a next step below 1e-9 standard deviations, or below 1e-2 after the last of the
-/// steps. `None` if the model is undefined at `start`.
-pub(super) fn minimise<P: Problem<N>, N: Equations>(
+/// Converged means a negligible next step, or one below 1e-2 standard deviations after the last of
+/// the steps. `None` if the model is undefined at `start`.
+pub(crate) fn minimise<P: Problem<N>, N: Equations>(
     problem: &P,
     start: P::State,
-    how: Start,
-) -> Option<Minimum<P::State, N>> {
-    let first_damping = match how {
-        Start::Guess => GUESS_DAMPING,
-        Start::Near => 1e-8,
-    };
-    minimise_from(problem, start, first_damping, 1e-18)
-}
-
-/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard
-/// deviations, is at most `negligible_step`.
-pub(crate) fn minimise_to<P: Problem<N>, N: Equations>(
-    problem: &P,
-    start: P::State,
-    negligible_step: f64,
-) -> Option<Minimum<P::State, N>> {
-    minimise_from(problem, start, GUESS_DAMPING, negligible_step)
-}
-
-fn minimise_from<P: Problem<N>, N: Equations>(
-    problem: &P,
-    start: P::State,
-    first_damping: f64,
-    negligible_step: f64,
+    limits: Limits,
 ) -> Option<Minimum<P::State, N>> {
     let (cost, normal) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, normal, converged: false };
-    let mut damping = first_damping;
+    let mut damping = limits.first_damping;
     for _ in 0..100 {
-        let accepted = at.normal.solve(damping).and_then(|step| {
-            if N::decrement(&step) <= negligible_step {
+        let step = at.normal.solve(damping);
+        let decrement = step.as_ref().map_or(f64::INFINITY, N::decrement);
+        let variance = problem.noise_variance(at.cost).max(LEAST_NOISE_VARIANCE);
+        if decrement <= limits.negligible_step * variance {
+            if let Some(step) = step.filter(|_| damping <= MAX_DAMPING_AT_END) {
+                at.state = problem.moved(&at.state, &step);
+                at.cost = (at.cost - decrement).max(0.0);
                 at.converged = true;
-                return None;
             }
-            let state = problem.moved(&at.state, &step);
-            let (cost, normal) = problem.linearise(&state)?;
-            (cost <= at.cost * (1.0 + 1e-13)).then_some((state, cost, normal, N::decrement(&step)))
-        });
-        if at.converged {
             break;
         }
-        if let Some((state, cost, normal, decrement)) = accepted {
-            // The cost no longer falls measurably, and rounding keeps the steps from shrinking
-            // further.
-            let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
-            at = Minimum { state, cost, normal, converged: stalled };
-            damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
+        let lower = step.and_then(|step| {
+            let state = problem.moved(&at.state, &step);
+            let (cost, normal) = problem.linearise(&state)?;
+            let converged = false;
+            (cost <= at.cost * (1.0 + 1e-13)).then_some(Minimum { state, cost, normal, converged })
+        });
+        if let Some(lower) = lower {
+            let is_as_promised = at.cost - lower.cost > PROMISED * decrement;
+            at = lower;
+            if is_as_promised {
+                damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
+            }
         } else if damping > 1e9 {
             break;
         } else {
-            damping = (damping * 10.0).max(1e-6);
-        }
-        if at.converged {
-            break;
+            damping = (damping * 10.0).max(1e-8);
         }
     }
     // Rounding hides the end of a valley hardly determined by the corners.

@@ -7,11 +7,12 @@
 use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
 
 use super::{
-    bundle::{Bundle, BundleState, Observations, adjust},
+    bundle::{Bundle, BundleState, Observations, adjust_from},
     lens_model::{LensFamily, LensModel, LensPrior},
-    model_choice::SHARED_SD_PX,
+    model_choice::{SAME_COST, SHARED_SD_PX},
     odds::CLEAR,
     reversal::with_better_tilts,
+    schur_lm::Limits,
 };
 use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_from_rays};
 
@@ -149,11 +150,12 @@ impl WideSearch<'_> {
         let freedom = model.freedom(self.square_pixels);
         let own_prior = model.own_prior();
         let prior = self.prior.or(own_prior.as_ref());
-        let bundle = adjust(self.observations, &freedom, prior, start)?;
+        let adjust = |start| adjust_from(self.observations, &freedom, prior, start, Limits::TRIAL);
+        let bundle = adjust(start)?;
         let Some(state) = with_better_tilts(self.observations, &bundle.state, 1.5) else {
             return Some(bundle);
         };
-        let again = adjust(self.observations, &freedom, prior, state);
+        let again = adjust(state);
         Some(again.filter(|again| again.cost < bundle.cost).unwrap_or(bundle))
     }
 
@@ -194,12 +196,16 @@ impl WideSearch<'_> {
             })
             .collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        starts
+        // The focal length settles before the coefficients are free.
+        let mut settled: Vec<Bundle> = starts
             .into_iter()
             .take(BEST_STARTS)
-            .filter_map(|(_, start)| {
-                // The focal length settles before the coefficients are free.
-                let settled = self.adjusted(LensModel::Fisheye, start)?;
+            .filter_map(|(_, start)| self.adjusted(LensModel::Fisheye, start))
+            .collect();
+        settled.dedup_by(|a, b| (a.cost - b.cost).abs() <= SAME_COST * b.cost);
+        settled
+            .into_iter()
+            .filter_map(|settled| {
                 let bent = self.adjusted(LensModel::FisheyeK1K2, settled.state)?;
                 self.adjusted(LensFamily::Fisheye.richest(), bent.state)
             })

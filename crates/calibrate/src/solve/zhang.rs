@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Point2, Vector2};
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust_from},
     lens_model::LensModel,
-    schur_lm::Start,
+    schur_lm::Limits,
 };
 use boresight_geometry::{Camera, Distortion, frame::ImageSize};
 
@@ -88,7 +88,7 @@ pub fn refined(
     cam_from_board: Vec<Isometry3<f64>>,
 ) -> Option<Bundle> {
     let state = BundleState { camera: start, cam_from_board };
-    refined_from(observations, model, state, Start::Guess)
+    refined_from(observations, model, state, Limits::GUESS)
 }
 
 /// [`refined`] from the minimum of a bundle with the same lens model.
@@ -97,16 +97,16 @@ pub(crate) fn refined_near(
     model: LensModel,
     state: BundleState,
 ) -> Option<Bundle> {
-    refined_from(observations, model, state, Start::Near)
+    refined_from(observations, model, state, Limits::NEAR)
 }
 
 fn refined_from(
     observations: &Observations,
     model: LensModel,
     state: BundleState,
-    how: Start,
+    limits: Limits,
 ) -> Option<Bundle> {
-    let bundle = adjust_from(observations, &model.freedom(false), None, state, how)?;
+    let bundle = adjust_from(observations, &model.freedom(false), None, state, limits)?;
     let camera = &bundle.state.camera;
     (bundle.converged && camera.f_px.iter().all(|f| f.is_finite() && *f > 0.0)).then_some(bundle)
 }
