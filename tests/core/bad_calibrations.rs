@@ -645,6 +645,16 @@ fn a_wrong_square_size_leaves_the_lens_as_it_is() {
     assert!((depth(&scaled) / depth(&found) - 1.2).abs() < 1e-6);
 }
 
+/// A person who says that the sensor is shifted has answered the finding.
+#[test]
+fn a_sensor_shifted_by_design_is_no_finding() {
+    let given = other_size_named(&mut Scene::ordinary(17));
+    assert!(codes(&run(&given)).contains(&"PP-FAR"));
+    let params = CalibrationParams { shifted_sensor: true, ..CalibrationParams::default() };
+    let found = calibrate(&given.views, &given.board, given.image_size, &params);
+    assert!(found.is_ok() && !codes(&found).contains(&"PP-FAR"));
+}
+
 #[test]
 fn good_calibrations_are_not_accused() {
     let mut accused = 0;

@@ -15,7 +15,7 @@ pub struct CalibrationParams {
     /// locked.
     pub varying_focal: bool,
     /// True if the sensor or the picture is shifted by design: a principal point far from the
-    /// middle is then only for information.
+    /// middle is then no finding.
     pub shifted_sensor: bool,
     /// Goal for the verdict on the calibration; affects nothing else.
     pub accept: Option<AcceptanceGoal>,

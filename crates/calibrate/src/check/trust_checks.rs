@@ -373,8 +373,7 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
     let share = distance_px / width_px;
     let code = FindingCode::PrincipalPointFar { distance_px, share };
     let severity = above(share, PP_FAR_CARE, PP_FAR_BAD);
-    let by_design = |severity| if evidence.shifted_sensor { Severity::Info } else { severity };
-    report(severity.map(by_design), code);
+    report(severity.filter(|_| !evidence.shifted_sensor), code);
 }
 
 fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
