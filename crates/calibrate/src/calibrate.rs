@@ -251,15 +251,11 @@ impl Given<'_> {
             Some(wide) => {
                 PinholeViews::straightened(views, board_m, image_size, &wide.state.camera)
             }
-            None if aspect == 1.0 => {
-                let homographies = &as_seen.image_from_board;
-                Some(PinholeViews::observed(observations.clone(), homographies, image_size))
-            }
+            None if aspect == 1.0 => Some(PinholeViews::observed(observations.clone(), image_size)),
             None => {
                 let square = with_square_pixels(views, aspect);
                 let square = self::observations(&square, board_m, params.threads).ok()?;
-                let homographies = &as_seen.image_from_board;
-                Some(PinholeViews::squared(square, homographies, image_size, aspect))
+                Some(PinholeViews::squared(square, image_size, aspect))
             }
         };
         let mut shown = pinhole(views, &observations);

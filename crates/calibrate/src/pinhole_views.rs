@@ -24,48 +24,38 @@ pub(super) struct PinholeViews {
     /// Number of all views.
     count: usize,
     pub(super) observations: Observations,
-    image_from_board: Vec<Matrix3<f64>>,
     prior: DistortionCentrePrior,
     /// Ratio of height to width of the camera's pixels.
     pixel_aspect: f64,
 }
 
 impl PinholeViews {
-    /// The observed corners, with the homographies through them.
-    pub(super) fn observed(
-        observations: Observations,
-        image_from_board: &[Matrix3<f64>],
-        image_size: ImageSize,
-    ) -> Self {
+    /// The observed corners.
+    pub(super) fn observed(observations: Observations, image_size: ImageSize) -> Self {
         let count = observations.view_count();
         Self {
             kept: (0..count).collect(),
             count,
             observations,
-            image_from_board: image_from_board.to_vec(),
             prior: DistortionCentrePrior::of(image_size),
             pixel_aspect: 1.0,
         }
     }
 
     /// Corners in a picture whose pixels of the given ratio of height to width became square:
-    /// principal lines meet in the principal point only there. The homographies are through the
-    /// observed corners.
+    /// principal lines meet in the principal point only there.
     pub(super) fn squared(
         observations: Observations,
-        image_from_board: &[Matrix3<f64>],
         image_size: ImageSize,
         pixel_aspect: f64,
     ) -> Self {
-        let squeeze = Matrix3::from_diagonal(&[1.0, 1.0 / pixel_aspect, 1.0].into());
-        let image_from_board: Vec<_> = image_from_board.iter().map(|h| squeeze * h).collect();
-        let observed = Self::observed(observations, &image_from_board, image_size);
+        let observed = Self::observed(observations, image_size);
         let prior = observed.prior.with_square_pixels(pixel_aspect);
         Self { prior, pixel_aspect, ..observed }
     }
 
     /// Corners converted to a pinhole with the focal length and principal point of `camera`. Views
-    /// with a corner outside its field are left out. `None` if a view has no homography.
+    /// with a corner outside its field are left out. `None` if a corner isn't finite.
     pub(super) fn straightened(
         views: &[Vec<Corner>],
         board_m: &[Point2<f64>],
@@ -82,17 +72,20 @@ impl PinholeViews {
             .unzip();
         let slices: Vec<&[Corner]> = straight.iter().map(Vec::as_slice).collect();
         let observations = Observations::new(board_m, &slices).ok()?;
-        let image_from_board: Vec<Matrix3<f64>> = straight
-            .iter()
-            .map(|view| Some(*Homography::fit(board_m, view).ok()?.image_from_board()))
-            .collect::<Option<_>>()?;
-        let observed = Self::observed(observations, &image_from_board, image_size);
+        let observed = Self::observed(observations, image_size);
         Some(Self { kept, count: views.len(), ..observed })
     }
 
     /// First fit of the homographies. `None` if it fails.
     pub(super) fn rough(&self) -> Option<RoughHomographies> {
-        RoughHomographies::of(&self.observations, self.prior, &self.image_from_board)
+        let through = |view: usize| {
+            let corners = self.observations.view(view).iter();
+            let pairs = corners.map(|corner| (corner.board_m, corner.px));
+            Some(*Homography::fit_unweighted(pairs).ok()?.image_from_board())
+        };
+        let views = 0..self.observations.view_count();
+        let image_from_board: Vec<Matrix3<f64>> = views.map(through).collect::<Option<_>>()?;
+        RoughHomographies::of(&self.observations, self.prior, &image_from_board)
     }
 
     /// Homographies and lines near a first fit, with a line for every view; `None` for views

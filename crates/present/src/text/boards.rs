@@ -165,12 +165,15 @@ pub(super) fn circles(rows: CircleRows) -> &'static str {
 
 /// Side of a square, to a hundredth of a millimetre.
 pub fn square(square_m: f64) -> String {
-    let text = format!("{:.2}", 1e3 * square_m);
-    format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
+    rounded_mm(1e3 * square_m, 2)
 }
 
 /// Length to a micrometre, with the unit.
 pub(super) fn millimetres(mm: f64) -> String {
-    let text = format!("{mm:.3}");
+    rounded_mm(mm, 3)
+}
+
+fn rounded_mm(mm: f64, decimals: usize) -> String {
+    let text = format!("{mm:.decimals$}");
     format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }
