@@ -2,10 +2,10 @@
 //!
 //! cargo run --release --no-default-features --example headless_session
 
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 use boresight::{
-    app::{Announcer, Opening},
+    app::{Announcer, Host, Opening},
     config::Config,
 };
 
@@ -14,8 +14,7 @@ fn main() -> anyhow::Result<()> {
     let settings = ["guidance.plan=\"quick\"".to_owned()];
     let opening = Opening::new("sim", Config::load(None, &settings)?);
     // The simulated technician reads the guidance and moves the board until the plan is complete.
-    let finished = opening.open(&announcer)?.carry_out(&AtomicBool::new(false), &announcer)?;
-    let concluded = finished.conclude(&announcer)?;
+    let concluded = Host::new(announcer, Arc::default()).session(&opening)?;
     println!("exit status: {:?}", concluded.exit);
     Ok(())
 }

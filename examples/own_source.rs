@@ -2,15 +2,11 @@
 //!
 //! cargo run --no-default-features --example own_source -- fixtures/recordings/v1/good/frames /tmp/session
 
-use std::{
-    path::PathBuf,
-    sync::{Arc, atomic::AtomicBool},
-    time::Duration,
-};
+use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use anyhow::{Context, anyhow};
 use boresight::{
-    app::{Announcer, Opening, session::source::OpenSource},
+    app::{Announcer, Host, Opening, session::source::OpenSource},
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
@@ -64,10 +60,9 @@ fn main() -> anyhow::Result<()> {
     let settings = ["board.columns=7", "board.rows=5", "board.square_mm=30"].map(Into::into);
     let config = Config::load(None, &settings)?;
     let opening = Opening { out: Some(session.into()), ..Opening::new("own", config.clone()) };
-    // Sentences for the person go here; what is shown in a window comes as snapshots (`Run::setup`).
-    let announcer = Announcer::new(|line| println!("{line}"));
+    // Sentences for the person go here; what is shown in a window comes as snapshots (`Host::start`).
+    let host = Host::new(Announcer::new(|line| println!("{line}")), Arc::default());
     let run = opening.begin_with("own", open, config)?;
-    let finished = run.carry_out(&AtomicBool::new(false), &announcer)?;
-    println!("exit status: {:?}", finished.conclude(&announcer)?.exit);
+    println!("exit status: {:?}", host.conclude(host.finish(run))?.exit);
     Ok(())
 }

@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::{backend, guide, rig, stream_args::StreamArguments};
 use boresight_app::{
-    Exit, Opening,
+    Exit, Host, Opening,
     session::{
         comparison::{self, Checked, NoVerdict},
         source::SourceName,
@@ -126,7 +126,7 @@ impl Arguments {
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
         }
-        let stop = stop_flag()?;
+        let host = Host::new(announcer.clone(), stop_flag()?);
         let open = name.open(self.max_frames)?;
         let image_size = open.image_size()?;
         if image_size != old.image_size {
@@ -134,7 +134,7 @@ impl Arguments {
             return self.tell(&old, &source_name, None, &Err(NoVerdict::NoDrift(reason)));
         }
         let run = opening.begin_with(&source_name, open, config.clone())?;
-        let ran = run.carry_out(&stop, &announcer)?;
+        let ran = host.finish(run)?;
         for (worker, reason) in ran.session.failures() {
             say(&format!("The {worker} failed: {reason}"));
         }
@@ -238,7 +238,9 @@ impl Arguments {
             max_frames: self.max_frames,
             ..Opening::new(&self.source, config)
         };
-        guide::run(&opening, self.json)
+        let host = Host::new(announcer(), stop_flag()?);
+        let finished = host.open(&opening).and_then(|run| host.finish(run));
+        Ok(guide::concluded(&host, finished, self.json)?.exit)
     }
 }
 

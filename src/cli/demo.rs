@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{guide, guide_rig::Guide};
-use boresight_app::{Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop};
+use super::{guide, guide_rig};
+use boresight_app::{Exit, Host, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop};
 use boresight_present::text;
-use boresight_run::{config::Config, pipeline::Onlookers};
-use boresight_terminal::{announcer, operation::Operation, say};
+use boresight_run::config::Config;
+use boresight_terminal::{announcer, say, stop_flag};
 
 /// Try a guided session in half a minute: no camera, no board, no display needed.
 ///
@@ -58,20 +58,13 @@ impl Arguments {
             say(text::demo::BEGINNING_RIG);
             let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
             let run = if self.fast { run.fast() } else { run };
-            let (operation, as_json) = (Operation::default(), self.json);
-            let guide = |announcer| Guide {
-                announcer,
-                voice: None,
-                #[cfg(feature = "serve")]
-                phone: None,
-                operation,
-                as_json,
-            };
+            let host = Host::new(announcer(), stop_flag()?);
             #[cfg(feature = "window")]
             if self.window {
-                return guide(announcer().from_behind()).in_window(run);
+                let host = host.announced_by(announcer().from_behind());
+                return guide_rig::in_window(run, host, self.json);
             }
-            return guide(announcer()).in_terminal(run);
+            return guide_rig::in_terminal(run, &host, self.json);
         }
         say(text::demo::BEGINNING);
         let opening = Opening {
@@ -79,14 +72,15 @@ impl Arguments {
             max_frames: Some(MOST_FRAMES),
             ..Opening::new(&format!("sim:demo:{}", self.seed), Config::load(None, &[])?)
         };
-        let finished = guide::in_terminal(&opening, !self.fast, Onlookers::new(), announcer())?;
-        let report = finished.path.join(REPORT_FILE);
-        let exit = guide::conclude(finished, self.json)?;
+        let host = Host::new(announcer(), stop_flag()?).paced(!self.fast);
+        let finished = guide::in_terminal(&host, &opening, None);
+        let concluded = guide::concluded(&host, finished, self.json)?;
+        let report = concluded.path.join(REPORT_FILE);
         if !self.no_open && report.is_file() && desktop::has_display() {
             // The path is on the screen in any case.
             desktop::show(&report).ok();
         }
         say(text::demo::WHAT_NOW);
-        Ok(exit)
+        Ok(concluded.exit)
     }
 }

@@ -7,30 +7,25 @@ use clap::Args;
 use super::{
     accept_args::AcceptArguments,
     backend,
-    guide_rig::{self, Guide, is_rig},
+    guide_rig::{self, is_rig},
     lens_args::LensArguments,
     status::Status,
     stream_args::StreamArguments,
 };
-use boresight_app::{
-    Announcer, BoardFromCode, Exit, FinishedRun, Opening, Voice, session::run::Concluded,
-};
-#[cfg(feature = "serve")]
-use boresight_phone::session_page::{Phone, going_on};
+use boresight_app::{BoardFromCode, Exit, FinishedRun, Host, Opening, session::run::Concluded};
 use boresight_present::text::window as words;
 use boresight_run::config::Backend;
-use boresight_run::pipeline::Onlookers;
 use boresight_terminal::{
     announcer,
-    beside::BesideArguments,
+    beside::{Beside, BesideArguments, Code},
     board_args::BoardArguments,
     operation::{Operation, OperationArguments},
-    print, say, stop_flag,
+    print, say,
     usage::WrongUsage,
 };
 #[cfg(feature = "window")]
 use {
-    boresight_app::{AppHost, window::desktop::has_display},
+    boresight_app::{Services, window::desktop::has_display},
     boresight_window::open as window,
 };
 
@@ -124,36 +119,11 @@ impl Arguments {
         let operation = self.operation.start()?;
         let mut opening = self.opening()?;
         if !self.rig.is_empty() || self.session.as_deref().is_some_and(is_rig) {
-            let given = guide_rig::Given {
-                cameras: &self.rig,
-                known_lenses: &self.known_lens,
-                is_synchronised: self.synchronised,
-            };
             if let Some(option) = self.operation.of_one_camera() {
                 let usage = format!("{option} is for one camera: leave it out for a rig");
                 return Err(WrongUsage(usage).into());
             }
-            let guide = |announcer: &Announcer, beside: &BesideArguments| {
-                Ok::<_, anyhow::Error>(Guide {
-                    announcer: announcer.clone(),
-                    voice: beside.voice()?,
-                    #[cfg(feature = "serve")]
-                    phone: beside.phone()?,
-                    operation,
-                    as_json: self.json,
-                })
-            };
-            if self.opens_window() {
-                #[cfg(feature = "window")]
-                {
-                    let announcer = self.beside.announcer_of_rig();
-                    let run = given.open(&opening, &announcer)?;
-                    return guide(&announcer, &self.beside)?.in_window(run);
-                }
-            }
-            let announcer = self.beside.for_person(announcer());
-            let run = given.open(&opening, &announcer)?;
-            return guide(&announcer, &self.beside)?.in_terminal(run);
+            return self.guide_rig(&opening, operation);
         }
         if self.opens_window() {
             #[cfg(feature = "window")]
@@ -166,20 +136,34 @@ impl Arguments {
             }
         }
         opening.board_code = self.board.open_to_code()?;
-        let voice = self.beside.voice()?;
-        let mut onlookers = operation.onlookers();
-        onlookers.extend(voice.iter().map(Voice::onlooker));
-        #[cfg(feature = "serve")]
-        if let Some(phone) = self.beside.phone()? {
-            let announcer = self.beside.for_person(announcer());
-            return with_phone(&phone, (&opening, announcer), &onlookers, &operation, self.json);
-        }
-        if cfg!(feature = "serve") && std::env::var_os("SSH_CONNECTION").is_some() {
+        let beside = self.beside.start(operation, self.beside.for_person(announcer()))?;
+        if cfg!(feature = "serve") && !beside.has_phone() && is_over_ssh() {
             say(words::OVER_SSH);
         }
+        sessions(&beside, opening, self.json)
+    }
+
+    fn guide_rig(&self, opening: &Opening, operation: Operation) -> anyhow::Result<Exit> {
+        let given = guide_rig::Given {
+            cameras: &self.rig,
+            known_lenses: &self.known_lens,
+            is_synchronised: self.synchronised,
+        };
+        if self.opens_window() {
+            #[cfg(feature = "window")]
+            {
+                let announcer = self.beside.announcer_of_rig();
+                let run = given.open(opening, &announcer)?;
+                let beside = self.beside.start(operation, announcer)?;
+                return guide_rig::in_window(run, beside.host.clone(), self.json);
+            }
+        }
         let announcer = self.beside.for_person(announcer());
-        let finished = in_terminal(&opening, voice.is_some(), onlookers, announcer)?;
-        conclude_seen(finished, &operation, self.json)
+        let run = given.open(opening, &announcer)?;
+        let beside = self.beside.start(operation, announcer)?;
+        let exit = guide_rig::in_terminal(run, &beside.host, self.json)?;
+        beside.wants_more();
+        Ok(exit)
     }
 
     /// True to guide in a window. Says why not, unless that was asked for.
@@ -197,8 +181,8 @@ impl Arguments {
 
     /// Program behind a window for the sessions.
     #[cfg(feature = "window")]
-    pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
-        window::app_host(self.opening()?, &self.beside, self.says_something(), paced)
+    pub(super) fn services(&self, paced: bool) -> anyhow::Result<Box<dyn Services>> {
+        window::services(self.opening()?, &self.beside, self.says_something(), paced)
     }
 
     /// True if an option describes the session: then the window asks nothing.
@@ -237,85 +221,49 @@ impl Arguments {
     }
 }
 
-/// Runs a session in the terminal before `onlookers`, with lines rewritten in place where possible.
-/// With `paced`, a simulated or recorded source runs in real time.
-pub(super) fn in_terminal(
-    opening: &Opening,
-    paced: bool,
-    mut onlookers: Onlookers,
-    announcer: Announcer,
-) -> anyhow::Result<FinishedRun> {
-    let stop = stop_flag()?;
-    let mut run = opening.open(&announcer)?;
-    let (_status, announcer) = with_status(&mut onlookers, announcer);
-    if paced {
-        run = run.paced();
-    }
-    run.carry_out_before(&stop, &onlookers, &announcer)
-}
-
-/// Status lines on the terminal, if any, as a new onlooker; and the announcer without requests,
-/// left to the lines.
-fn with_status(onlookers: &mut Onlookers, announcer: Announcer) -> (Option<Status>, Announcer) {
-    match Status::new(announcer.is_mirrored()) {
-        Some(status) => {
-            onlookers.push(status.onlooker());
-            (Some(status), announcer.without_requests())
-        }
-        None => (None, announcer),
-    }
-}
-
-/// Runs a session in the terminal; prints the result as JSON with `json`.
-pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
-    let announcer = announcer();
-    let stop = stop_flag()?;
-    conclude(opening.open(&announcer)?.carry_out(&stop, &announcer)?, json)
-}
-
-/// Announces and stores the result of a finished session; prints it as JSON with `json`.
-pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit> {
-    conclude_seen(finished, &Operation::default(), json)
-}
-
-fn conclude_seen(finished: FinishedRun, operation: &Operation, json: bool) -> anyhow::Result<Exit> {
-    let concluded = finished.conclude(&announcer())?;
-    report(&concluded, operation, json)?;
-    Ok(concluded.exit)
-}
-
-fn report(concluded: &Concluded, operation: &Operation, json: bool) -> anyhow::Result<()> {
-    operation.concluded(concluded);
-    if json {
-        print(&concluded.result.to_json()?.to_string())?;
-    }
-    Ok(())
-}
-
-/// Runs a session in the terminal and on the phone's page.
-#[cfg(feature = "serve")]
-fn with_phone(
-    phone: &Phone,
-    (opening, announcer): (&Opening, Announcer),
-    onlookers: &Onlookers,
-    operation: &Operation,
-    json: bool,
-) -> anyhow::Result<Exit> {
-    let stop = stop_flag()?;
-    let mut opening = opening.clone();
+/// Runs a session in the terminal, and adds two views as often as requested by a phone.
+fn sessions(beside: &Beside, mut opening: Opening, as_json: bool) -> anyhow::Result<Exit> {
     loop {
-        let mut onlookers = onlookers.clone();
-        let (status, said) = with_status(&mut onlookers, announcer.clone());
-        if let Some(status) = &status {
-            status.offer_code(phone.code());
-        }
-        let concluded = phone.session(&opening, &onlookers, (&stop, false), &said)?;
-        drop(status);
-        report(&concluded, operation, json)?;
-        let goes_on = phone.linger(&stop, boresight_present::text::phone::LINGERING, &announcer);
-        if !goes_on {
+        let finished = in_terminal(&beside.host, &opening, beside.code());
+        let concluded = concluded(&beside.host, finished, as_json)?;
+        if !beside.wants_more() {
             return Ok(concluded.exit);
         }
-        opening = going_on(&opening, &concluded.path);
+        opening = opening.going_on(&concluded.path);
     }
+}
+
+fn is_over_ssh() -> bool {
+    std::env::var_os("SSH_CONNECTION").is_some()
+}
+
+/// Runs a session in the terminal, with lines rewritten in place where possible; `code` makes the
+/// lines of a phone's QR code.
+pub(super) fn in_terminal(
+    host: &Host,
+    opening: &Opening,
+    code: Option<Code>,
+) -> anyhow::Result<FinishedRun> {
+    let run = host.open(opening)?;
+    let announcer = host.announcer();
+    let Some(status) = Status::new(announcer.is_mirrored()) else { return host.finish(run) };
+    if let Some(code) = code {
+        status.offer_code(code);
+    }
+    // The lines hold the requests.
+    let host = host.announced_by(announcer.clone().without_requests());
+    host.watched_by(status.onlooker()).finish(run)
+}
+
+/// Announces and stores the result of a finished session; prints it as JSON with `as_json`.
+pub(super) fn concluded(
+    host: &Host,
+    finished: anyhow::Result<FinishedRun>,
+    as_json: bool,
+) -> anyhow::Result<Concluded> {
+    let concluded = host.conclude(finished)?;
+    if as_json {
+        print(&concluded.result.to_json()?.to_string())?;
+    }
+    Ok(concluded)
 }

@@ -7,20 +7,20 @@ use std::sync::atomic::Ordering;
 #[cfg(unix)]
 use super::status::keys::Keys;
 use boresight_app::{
-    Announcer, Exit, Opening, Voice,
+    Announcer, Exit, Host, Opening,
     session::{
-        rig_guide::guide_rig,
         rig_result::RigEnded,
-        rig_run::{RigHand, RigNews, RigOpening, RigRun},
+        rig_run::{RigHand, RigOpening, RigRun},
     },
 };
-#[cfg(feature = "serve")]
-use boresight_phone::session_page::Phone;
 use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
-use boresight_terminal::{operation::Operation, print, say, stop_flag, usage::WrongUsage};
+use boresight_terminal::{print, say, stop_flag, usage::WrongUsage};
 #[cfg(feature = "window")]
-use {boresight_app::window::host::RigOpened, boresight_window::rig_window::run_rig};
+use {
+    boresight_app::{session::rig_run::RigNews, window::services::RigOpened},
+    boresight_window::rig_window::run_rig,
+};
 
 /// Cameras of a rig, as given.
 pub(super) struct Given<'a> {
@@ -75,86 +75,34 @@ impl Given<'_> {
     }
 }
 
-/// What speaks beside a rig's session, and how its result is printed.
-pub(super) struct Guide {
-    pub(super) announcer: Announcer,
-    pub(super) voice: Option<Voice>,
-    #[cfg(feature = "serve")]
-    pub(super) phone: Option<Phone>,
-    pub(super) operation: Operation,
-    pub(super) as_json: bool,
+/// Guides in the terminal, calibrates the rig, and writes it into the session's folder.
+pub(super) fn in_terminal(run: RigRun, host: &Host, as_json: bool) -> anyhow::Result<Exit> {
+    let hand = RigHand::new(stop_flag()?);
+    #[cfg(unix)]
+    let keys = keys(&hand);
+    #[cfg(unix)]
+    if keys.is_some() {
+        say(words::KEYS);
+    }
+    printed(host.rig(run, &hand, |_| ())?, as_json).map(|ended| ended.exit)
 }
 
-impl Guide {
-    /// Guides in the terminal, calibrates the rig, and writes it into the session's folder.
-    pub(super) fn in_terminal(self, run: RigRun) -> anyhow::Result<Exit> {
-        let hand = RigHand::new(stop_flag()?);
-        #[cfg(unix)]
-        let keys = keys(&hand);
-        #[cfg(unix)]
-        if keys.is_some() {
-            say(words::KEYS);
-        }
-        let ended = self.carry_out(run, &hand, |_| ())?;
-        self.print(&ended)?;
-        #[cfg(feature = "serve")]
-        if let Some(phone) = &self.phone {
-            let lingering = boresight_present::text::phone::LINGERING;
-            phone.linger(&hand.stop, lingering, &self.announcer);
-        }
-        Ok(ended.exit)
-    }
+/// The same in a window.
+#[cfg(feature = "window")]
+pub(super) fn in_window(run: RigRun, host: Host, as_json: bool) -> anyhow::Result<Exit> {
+    let (names, hand) = (run.names(), RigHand::new(stop_flag()?));
+    let orders = hand.clone();
+    let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
+        printed(host.rig(run, &orders, show)?, as_json)
+    });
+    run_rig(RigOpened { names, hand, work })
+}
 
-    /// The same in a window.
-    #[cfg(feature = "window")]
-    pub(super) fn in_window(self, run: RigRun) -> anyhow::Result<Exit> {
-        let (names, hand) = (run.names(), RigHand::new(stop_flag()?));
-        let orders = hand.clone();
-        let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
-            let ended = self.carry_out(run, &orders, show)?;
-            self.print(&ended)?;
-            Ok(ended)
-        });
-        run_rig(RigOpened { names, hand, work })
+fn printed(ended: RigEnded, as_json: bool) -> anyhow::Result<RigEnded> {
+    if as_json {
+        print(&ended.json)?;
     }
-
-    fn carry_out(
-        &self,
-        run: RigRun,
-        hand: &RigHand,
-        mut each: impl FnMut(&RigNews<'_>),
-    ) -> anyhow::Result<RigEnded> {
-        let speaks = self.voice.as_ref().map(Voice::requests);
-        let speak = |sentence: &str| {
-            if let Some(speak) = &speaks {
-                speak(sentence, sentence);
-            }
-        };
-        let folder = run.folder().to_owned();
-        #[cfg(feature = "serve")]
-        let (names, phone) = (run.names(), self.phone.as_ref());
-        #[cfg(feature = "serve")]
-        if let Some(phone) = phone {
-            phone.rig_opens(&run);
-        }
-        let ended = guide_rig(run, hand, &self.announcer, speak, |news| {
-            #[cfg(feature = "serve")]
-            if let Some(phone) = phone {
-                phone.rig_news(news, &names, hand);
-            }
-            each(news);
-        })?;
-        #[cfg(feature = "serve")]
-        if let Some(phone) = phone {
-            phone.rig_ended(&ended, &folder);
-        }
-        self.operation.rig_ended(&folder, ended.grade);
-        Ok(ended)
-    }
-
-    fn print(&self, ended: &RigEnded) -> anyhow::Result<()> {
-        if self.as_json { print(&ended.json) } else { Ok(()) }
-    }
+    Ok(ended)
 }
 
 /// Keys of the terminal, if any: take the newest place back, end.

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{guide, views::views_of};
 use boresight_app::{
-    Exit, Opening, SavedSession,
+    Exit, Host, Opening, SavedSession,
     commands::judgement::{Fresh, judgement},
     session::{
         comparison,
@@ -25,12 +25,12 @@ use boresight_formats::{
 use boresight_geometry::boards::Board;
 #[cfg(feature = "report")]
 use boresight_present::report::judgement_page;
-use boresight_run::pipeline::Onlookers;
 use boresight_terminal::{
     announcer,
     board_args::{BoardArguments, Size},
     print, say,
     stdin::Given,
+    stop_flag,
     usage::WrongUsage,
 };
 
@@ -219,8 +219,8 @@ impl Arguments {
     fn guided(&self, source: &str) -> anyhow::Result<PathBuf> {
         let board_code = self.board.open_to_code()?;
         let opening = Opening { board_code, ..Opening::new(source, self.board.config()?) };
-        let taken = guide::in_terminal(&opening, false, Onlookers::default(), announcer())?;
-        Ok(taken.conclude(&announcer())?.path)
+        let host = Host::new(announcer(), stop_flag()?);
+        Ok(host.conclude(guide::in_terminal(&host, &opening, None))?.path)
     }
 
     fn overwrite(&self) -> Overwrite {

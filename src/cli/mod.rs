@@ -67,9 +67,9 @@ use left_out::{completions, man};
 #[cfg(not(feature = "serve"))]
 use left_out::{serve, web};
 
-#[cfg(feature = "window")]
-use boresight_app::AppHost;
 use boresight_app::Exit;
+#[cfg(feature = "window")]
+use boresight_app::Services;
 #[cfg(feature = "batch")]
 use boresight_fleet::batch::command as batch;
 #[cfg(feature = "history")]
@@ -284,9 +284,9 @@ fn command_line() -> clap::Command {
 ///
 /// If the arguments are wrong.
 #[cfg(feature = "window")]
-pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
+pub fn services(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn Services>> {
     let arguments = ["boresight"].iter().chain(arguments);
-    CommandLine::try_parse_from(arguments)?.guide.app_host(paced)
+    CommandLine::try_parse_from(arguments)?.guide.services(paced)
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{accept_args::AcceptArguments, backend, stream_args::StreamArguments};
-use boresight_app::{Exit, Opening, Voice};
+use boresight_app::{Exit, Host, Opening};
 use boresight_phone::session_page::Head;
-use boresight_run::{config::Backend, pipeline::Onlookers};
+use boresight_run::config::Backend;
 use boresight_terminal::{
     announcer,
     beside::{NameArguments, VoiceArguments},
@@ -67,9 +67,11 @@ impl Arguments {
             ..Opening::new(&self.source, config)
         };
         let voice = self.voice.start()?;
-        let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
+        let mut host = Host::new(self.voice.for_person(announcer()), stop_flag()?);
+        if let Some(voice) = &voice {
+            host = host.beside(voice.companion());
+        }
         let phone = self.names.phone(&self.address)?;
-        let head = Head::new(phone, opening, onlookers);
-        Ok(head.run(&*stop_flag()?, &self.voice.for_person(announcer())))
+        Ok(Head::new(phone, opening, host).run())
     }
 }

@@ -2,16 +2,23 @@
 
 use std::{
     path::PathBuf,
-    sync::{Arc, atomic::Ordering},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Duration,
 };
 
 use clap::Args;
 
-use super::guide::conclude;
-use boresight_app::{Announcer, Exit, Opening};
+use super::guide::concluded;
+use boresight_app::{Announcer, Exit, Host, Opening};
+use boresight_guide::session::Snapshot;
 use boresight_present::text;
-use boresight_terminal::{board_args::BoardArguments, progress::Progress, stop_flag};
+use boresight_run::pipeline::Onlooker;
+use boresight_terminal::{
+    announcer as terminal_announcer, board_args::BoardArguments, progress::Progress, stop_flag,
+};
 
 /// Record a simulated session: every picture, every decision, and the true values.
 ///
@@ -84,18 +91,39 @@ impl Arguments {
         let progress = Arc::new(Progress::new("views", 1));
         let above = Arc::clone(&progress);
         let announcer = Announcer::new(move |line| above.say(line));
-        let stop = stop_flag()?;
-        let mut newest = Newest::default();
-        let finished = opening.open(&announcer)?.carry_out_seen(&stop, &announcer, |snapshot| {
-            let taken = snapshot.views.len();
-            progress.at(taken, taken + snapshot.views_to_go.unwrap_or(1));
-            let now = snapshot.live.as_ref().map_or(0, |live| live.captured_at.nanos);
-            if newest.is_long_ago(taken, now) && !stop.swap(true, Ordering::Relaxed) {
-                progress.say(&text::simulated_gave_up(PATIENCE.as_secs(), snapshot.shown.prompt));
-            }
-        });
-        progress.finish();
-        conclude(finished?, self.json)
+        let host = Host::new(announcer, stop_flag()?);
+        let patience =
+            Patience { progress, newest: Mutex::default(), is_over: AtomicBool::new(false) };
+        let patience = Arc::new(patience);
+        let watched = host.clone().watched_by(Arc::clone(&patience) as _);
+        let finished = watched.open(&opening).and_then(|run| watched.finish(run));
+        patience.progress.finish();
+        let host = host.announced_by(terminal_announcer());
+        Ok(concluded(&host, finished, self.json)?.exit)
+    }
+}
+
+/// Shows the progress, and ends a session in which nothing is taken.
+struct Patience {
+    progress: Arc<Progress>,
+    newest: Mutex<Newest>,
+    is_over: AtomicBool,
+}
+
+impl Onlooker for Patience {
+    fn decided(&self, snapshot: &Snapshot) {
+        let taken = snapshot.views.len();
+        self.progress.at(taken, taken + snapshot.views_to_go.unwrap_or(1));
+        let now = snapshot.live.as_ref().map_or(0, |live| live.captured_at.nanos);
+        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        if newest.is_long_ago(taken, now) && !self.is_over.swap(true, Ordering::Relaxed) {
+            let gave_up = text::simulated_gave_up(PATIENCE.as_secs(), snapshot.shown.prompt);
+            self.progress.say(&gave_up);
+        }
+    }
+
+    fn wants_end(&self) -> bool {
+        self.is_over.load(Ordering::Relaxed)
     }
 }
 

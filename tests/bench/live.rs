@@ -112,18 +112,18 @@ fn latency() {
     let times = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&times);
     let config = Config::load(None, &[]).expect("defaults");
+    let playing = Playing { frames, unpacker, size, started, next: 0 };
+    let session = Session::new(config.session(size).expect("a board"));
     let setup = Setup {
-        source: Box::new(Playing { frames, unpacker, size, started, next: 0 }),
-        session: Session::new(config.session(size).expect("a board")),
-        folder: None,
         lossless: false,
-        record_stream: false,
         on_frame: Box::new(move |judged: FrameReport<'_>| {
             let captured = Duration::from_nanos(judged.observation.captured_at.nanos);
             log.lock().expect("whole").push(started.elapsed().saturating_sub(captured));
         }),
+        ..Setup::new(Box::new(playing), session)
     };
-    let (pipeline, snapshots) = Pipeline::start(setup, || ()).expect("threads");
+    let (pipeline, feed) = Pipeline::start(setup, || ()).expect("threads");
+    let snapshots = feed.into_snapshots();
     while snapshots.recv().is_some_and(|snapshot| !snapshot.source_ended) {}
     let finished = pipeline.stop().expect("clean");
     let mut times = times.lock().expect("whole").clone();
@@ -226,16 +226,10 @@ fn slow_detector() {
     let detector = Detector::new(DetectorParams::default());
     let looks = HalfASecond { detector, frames, seen: Arc::clone(&seen), started };
     let config = Config::load(None, &[]).expect("defaults");
-    let setup = Setup {
-        source: Box::new(source),
-        session: Session::new(config.session(size).expect("a board")),
-        folder: None,
-        lossless: false,
-        record_stream: false,
-        on_frame: Box::new(|_: FrameReport<'_>| ()),
-    };
-    let (pipeline, showing) =
-        Pipeline::start_with_feed_and_finder(setup, Box::new(looks), || ()).expect("threads");
+    let session = Session::new(config.session(size).expect("a board"));
+    let setup =
+        Setup { lossless: false, finder: Box::new(looks), ..Setup::new(Box::new(source), session) };
+    let (pipeline, showing) = Pipeline::start(setup, || ()).expect("threads");
     // A window takes every picture it can.
     let mut shown = 0;
     while showing.newest_snapshot().is_none_or(|snapshot| !snapshot.source_ended) {

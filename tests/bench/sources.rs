@@ -20,7 +20,7 @@ use std::{
 use anyhow::Context;
 use boresight::{
     app::{
-        Announcer, Opening,
+        Announcer, Host, Opening,
         session::source::{OpenSource, SourceName},
     },
     capture::v4l2::{LiveCamera, discover, find},
@@ -168,12 +168,7 @@ fn measure(name: &str, open: OpenSource, config: Config) -> anyhow::Result<Strin
         Opening { out: Some(place.path().join("session")), ..Opening::new(name, config.clone()) };
     let run = opening.begin_with(name, open, config)?;
     let watch = Arc::new(Stopwatch::default());
-    let announcer = Announcer::silent();
-    run.carry_out_before(
-        &watch.enough,
-        &vec![Arc::clone(&watch) as Arc<dyn Onlooker>],
-        &announcer,
-    )?;
+    Host::silent().watched_by(Arc::clone(&watch) as _).finish(run)?;
     let times = watch.times.lock().expect("whole");
     let times = times.get(FIRST..).unwrap_or(&[]);
     let decided: Vec<f64> = times.iter().map(|(_, decided)| *decided).collect();

@@ -20,11 +20,11 @@ use boresight::{
         BoardFromCode,
         explain::UserError,
         window::{
-            host::{
-                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, RigOpened, RigRequest,
+            recordings::{Dropped, Recording},
+            services::{
+                Comparing, Ended, Loading, Opened, PrintedBoard, RigOpened, RigRequest, Services,
                 SessionRequest, Storing, Wake,
             },
-            recordings::{Dropped, Recording},
         },
     },
     boards::{BoardChoice, Pattern},
@@ -110,7 +110,7 @@ struct Bench {
     times: Arc<Mutex<Times>>,
 }
 
-impl AppHost for Bench {
+impl Services for Bench {
     fn first_wish(&self) -> SessionRequest {
         SessionRequest {
             source: String::new(),
@@ -133,12 +133,9 @@ impl AppHost for Bench {
         let config = Config::load(None, &[]).expect("valid");
         let (pictures, times) = (self.pictures.clone(), Arc::clone(&self.times));
         let source = Camera30 { pictures, next: 0, started: None, times: Arc::clone(&times) };
+        let session = Session::new(config.session(SIZE).expect("valid"));
         let setup = Setup {
-            source: Box::new(source),
-            session: Session::new(config.session(SIZE).expect("valid")),
-            folder: None,
             lossless: false,
-            record_stream: false,
             on_frame: Box::new(move |judged: FrameReport<'_>| {
                 let mut times = times.lock().expect("whole");
                 if let Some(came) = times.came.get(&judged.observation.frame_id.0) {
@@ -146,9 +143,9 @@ impl AppHost for Bench {
                     times.to_snapshot.push(took);
                 }
             }),
+            ..Setup::new(Box::new(source), session)
         };
-        let (pipeline, showing) =
-            Pipeline::start_with_feed(setup, move || wake()).expect("threads");
+        let (pipeline, showing) = Pipeline::start(setup, move || wake()).expect("threads");
         let conclude = Box::new(|_| Ended {
             folder: PathBuf::new(),
             files: Vec::new(),

@@ -5,16 +5,16 @@ use std::{
     fmt::Write as _,
     io::{Read, Write},
     net::{SocketAddr, TcpStream},
-    sync::{Arc, atomic::AtomicBool},
+    sync::Arc,
     thread::{Builder, sleep},
     time::{Duration, Instant},
 };
 
 use boresight::{
-    app::{Announcer, Opening},
+    app::{Announcer, Host, Opening},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    pipeline::{Onlooker, Onlookers},
+    pipeline::Onlooker,
     serve::{EndedPage, Hub, PageFile, Secret, Server, Setup, Stage, session_page::ended_page},
 };
 use rand::{RngExt, SeedableRng};
@@ -428,11 +428,8 @@ fn a_session_is_shown_and_obeys_the_page() {
     let session = Builder::new()
         .spawn(move || {
             let silent = Announcer::silent();
-            let onlookers: Onlookers = vec![Arc::clone(&hub) as _];
-            let run = opening.open(&silent).expect("a session");
-            let finished = run
-                .carry_out_before(&AtomicBool::new(false), &onlookers, &silent)
-                .expect("it runs");
+            let host = Host::silent().watched_by(Arc::clone(&hub) as _);
+            let finished = host.finish(host.open(&opening).expect("a session")).expect("it runs");
             hub.show(Stage::Ending);
             let (session, path) = (finished.session.clone(), finished.path.clone());
             let concluded = finished.conclude(&silent).expect("it's stored");

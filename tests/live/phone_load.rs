@@ -17,7 +17,7 @@ use boresight::{
     app::{Announcer, Opening, session::source::OpenSource},
     config::Config,
     frame::{Frame, FrameId},
-    pipeline::{Onlooker, Onlookers, Pipeline},
+    pipeline::{Onlooker, Pipeline},
     session::Snapshot,
     simulation::{NoCues, Scene, SyntheticSource},
 };
@@ -169,8 +169,8 @@ fn phones_dont_slow_a_session_down() {
     // As a live camera: it doesn't wait, and frames can be lost.
     setup.lossless = false;
     let watch = Arc::new(Stopwatch::default());
-    let onlookers: Onlookers = vec![Arc::clone(&watch) as _, Arc::clone(&site.hub) as _];
-    let (pipeline, _snapshots) = Pipeline::start_before(setup, &onlookers, || ()).expect("threads");
+    setup.onlookers = vec![Arc::clone(&watch) as _, Arc::clone(&site.hub) as _];
+    let (pipeline, _feed) = Pipeline::start(setup, || ()).expect("threads");
     let keys: Vec<String> = (0..64).map(|_| site.key(&site.watcher)).collect();
     // No clients, twice: their difference is the noise of this measurement.
     let kinds = [

@@ -1,17 +1,11 @@
 //! Phone's page beside two cameras that are led to common places.
 
-use std::{
-    sync::{Arc, atomic::AtomicBool},
-    thread::Builder,
-};
+use std::{sync::Arc, thread::Builder};
 
 use boresight::{
     app::{
-        Announcer,
-        session::{
-            rig_guide::guide_rig,
-            rig_run::{RigHand, RigNews, RigRun},
-        },
+        Host,
+        session::rig_run::{RigHand, RigRun},
     },
     serve::{Setup, session_page::Phone},
 };
@@ -26,18 +20,15 @@ fn two_cameras_are_shown_and_obey_the_page() {
     let address = "127.0.0.1:0".parse().expect("an address");
     let phone = Phone::start(&Setup { address, names: vec![], certificate: None, kept: None })
         .expect("a free port");
+    let phone = Arc::new(phone);
     let links = phone.links()[0].clone();
     let site = Site::of_links(&links.owner, &links.watcher);
     let key = site.key(&site.owner);
     let session = Builder::new()
         .spawn(move || {
             let run = RigRun::simulated(7, Some(folder), 100_000).expect("a session").fast();
-            let (names, folder) = (run.names(), run.folder().to_owned());
-            let hand = RigHand::new(Arc::new(AtomicBool::new(false)));
-            phone.rig_opens(&run);
-            let show = |news: &RigNews<'_>| phone.rig_news(news, &names, &hand);
-            let ended = guide_rig(run, &hand, &Announcer::silent(), |_| (), show).expect("it runs");
-            phone.rig_ended(&ended, &folder);
+            let host = Host::silent().beside(Arc::clone(&phone) as _);
+            host.rig(run, &RigHand::new(Arc::default()), |_| ()).expect("it runs");
             phone
         })
         .expect("a thread");

@@ -88,14 +88,8 @@ fn session(source: &Pictures) -> Session {
 }
 
 fn setup(source: Pictures, lossless: bool) -> Setup {
-    Setup {
-        session: session(&source),
-        source: Box::new(source),
-        folder: None,
-        lossless,
-        record_stream: false,
-        on_frame: Box::new(|_: FrameReport<'_>| ()),
-    }
+    let session = session(&source);
+    Setup { lossless, ..Setup::new(Box::new(source), session) }
 }
 
 fn folder(path: &Path, source: &Pictures) -> SessionFolder {
@@ -106,9 +100,14 @@ fn folder(path: &Path, source: &Pictures) -> SessionFolder {
 
 /// Runs until the source has ended or failed.
 fn run(setup: Setup) -> Result<Finished, PipelineError> {
-    let (pipeline, snapshots) = Pipeline::start(setup, || ()).expect("threads");
+    let (pipeline, snapshots) = started(setup);
     wait_until(&snapshots, |snapshot| snapshot.source_ended || !snapshot.failures.is_empty());
     pipeline.stop()
+}
+
+fn started(setup: Setup) -> (Pipeline, LatestReceiver<Snapshot>) {
+    let (pipeline, feed) = Pipeline::start(setup, || ()).expect("threads");
+    (pipeline, feed.into_snapshots())
 }
 
 /// Waits for a condition, or for the session's end.
@@ -283,10 +282,9 @@ fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
     let source = Numbered { frames: Arc::clone(&frames), wanted: Arc::clone(&wanted) };
     let (looks_at, looked_at) = mpsc::channel();
     let (go, let_go) = mpsc::channel();
-    let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), false) };
-    let (pipeline, showing) =
-        Pipeline::start_with_feed_and_finder(setup, Box::new(Held { looks_at, let_go }), || ())
-            .expect("threads");
+    let finder = Box::new(Held { looks_at, let_go });
+    let setup = Setup { source: Box::new(source), finder, ..setup(blank(1, Then::End), false) };
+    let (pipeline, showing) = Pipeline::start(setup, || ()).expect("threads");
     let alive = || -> Vec<u64> {
         let frames = frames.lock().expect("whole");
         let numbers = frames.iter().enumerate().filter(|(_, frame)| frame.strong_count() > 0);
@@ -347,10 +345,9 @@ fn other_boards_are_named_while_no_frame_waits() {
     let wanted = Arc::new(AtomicUsize::new(0));
     let source = Numbered { frames: Arc::default(), wanted: Arc::clone(&wanted) };
     let (does, done) = mpsc::channel();
-    let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), false) };
-    let (pipeline, _showing) =
-        Pipeline::start_with_feed_and_finder(setup, Box::new(Naming(does)), || ())
-            .expect("threads");
+    let finder = Box::new(Naming(does));
+    let setup = Setup { source: Box::new(source), finder, ..setup(blank(1, Then::End), false) };
+    let (pipeline, _showing) = Pipeline::start(setup, || ()).expect("threads");
     for _ in 0..3 {
         wanted.fetch_add(1, Ordering::SeqCst);
         assert_eq!([(); 2].map(|()| done.recv().expect("works")), ["look", "name"]);
@@ -367,10 +364,10 @@ fn in_a_pause_the_detector_rests_and_a_source_that_waits_loses_nothing() {
         let (looks_at, looked_at) = mpsc::channel();
         let (go, let_go) = mpsc::channel();
         drop(go); // Nothing holds it up.
-        let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), lossless) };
         let finder = Box::new(Held { looks_at, let_go });
-        let (pipeline, showing) =
-            Pipeline::start_with_feed_and_finder(setup, finder, || ()).expect("threads");
+        let setup =
+            Setup { source: Box::new(source), finder, ..setup(blank(1, Then::End), lossless) };
+        let (pipeline, showing) = Pipeline::start(setup, || ()).expect("threads");
         let told = |command: Command, paused: bool| {
             while pipeline.try_command(command).is_err() {}
             while showing.newest_snapshot().is_none_or(|snapshot| snapshot.paused != paused) {
@@ -416,18 +413,16 @@ fn a_broken_source_is_told_and_costs_no_view() {
 
 #[test]
 fn a_silent_source_can_be_stopped() {
-    let (pipeline, snapshots) =
-        Pipeline::start(setup(blank(3, Then::Silence), true), || ()).expect("threads");
+    let (pipeline, snapshots) = started(setup(blank(3, Then::Silence), true));
     wait_until(&snapshots, |snapshot| snapshot.decision.frame == Some(2));
     pipeline.stop().expect("clean");
     // Dropping without stopping ends the threads, too.
-    drop(Pipeline::start(setup(blank(3, Then::Silence), false), || ()).expect("threads"));
+    drop(started(setup(blank(3, Then::Silence), false)));
 }
 
 #[test]
 fn commands_reach_the_session() {
-    let (pipeline, snapshots) =
-        Pipeline::start(setup(boards(Then::Silence), true), || ()).expect("threads");
+    let (pipeline, snapshots) = started(setup(boards(Then::Silence), true));
     wait_until(&snapshots, |snapshot| snapshot.decision.frame == Some(5));
     let taken = |snapshot: &Snapshot| snapshot.views.len();
     let mut before = 0;
@@ -473,7 +468,7 @@ fn a_session_that_cannot_be_written_ends_with_the_reason() {
     let folder = folder(&path, &source);
     fs::remove_dir(path.join("frames")).expect("removed");
     let setup = Setup { folder: Some(folder), ..setup(source, true) };
-    let (pipeline, snapshots) = Pipeline::start(setup, || ()).expect("threads");
+    let (pipeline, snapshots) = started(setup);
     wait_until(&snapshots, |_| false);
     let error = pipeline.stop().expect_err("nowhere to write");
     assert!(matches!(error, PipelineError::Recording(_)), "{error}");

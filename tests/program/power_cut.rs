@@ -11,11 +11,11 @@ use std::{
     fs,
     hash::{DefaultHasher, Hash, Hasher},
     path::{Component, Path, PathBuf},
-    sync::{Arc, Mutex, atomic::AtomicBool},
+    sync::{Arc, Mutex},
 };
 
 use boresight::{
-    app::{Announcer, Opening, SavedSession, commands::doctor::verify},
+    app::{Announcer, Host, Opening, SavedSession, commands::doctor::verify},
     config::Config,
     files::{DiskLog, LoggedChange},
     recording::{Header, SessionFolder, recover, stored_frame},
@@ -451,9 +451,7 @@ fn run(place: &Path, log: &Arc<DiskLog>, opening: &Opening, before: usize) -> Pr
             }
         }
     });
-    let run = opening.open(&announcer).expect("opens");
-    let finished = run.carry_out(&AtomicBool::new(false), &announcer).expect("runs");
-    finished.conclude(&announcer).expect("written");
+    Host::new(announcer, Arc::default()).session(opening).expect("runs");
     assert!(place.join("session/calibration.json").exists());
     let promises = promises.lock().expect("not poisoned").clone();
     assert!(!promises.0.is_empty(), "views are taken");

@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use boresight::{
-    app::{Announcer, window::host::Memory},
+    app::{Announcer, window::services::Memory},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     geometry::Camera,

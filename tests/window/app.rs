@@ -9,7 +9,7 @@ use std::{
 
 use boresight::{
     calibration::files::import,
-    cli::app_host,
+    cli::services,
     ui::{App, Page, SMALLEST},
 };
 use egui::{Key, Order, Pos2, Rect, accesskit::Role};
@@ -122,8 +122,8 @@ fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
         (egui::vec2(1920.0, 1080.0), 1.0),
         (egui::vec2(3840.0, 2160.0), 2160.0 / 1200.0),
     ] {
-        let host = app_host(&[], false).expect("arguments");
-        let mut window = window_of(size, |ctx| App::new(ctx, host));
+        let services = services(&[], false).expect("arguments");
+        let mut window = window_of(size, |ctx| App::new(ctx, services));
         // As many points as in the same window.
         let points = size / zoom;
         window.set_size(points);
@@ -165,8 +165,8 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     let session = folder.path().join("one");
     let name = session.display().to_string();
     let source = format!("sim:{}", scene.display());
-    let host = app_host(&["--source", &source, "--out", &name], false).expect("arguments");
-    let mut window = window(|ctx| App::new(ctx, host));
+    let services = services(&["--source", &source, "--out", &name], false).expect("arguments");
+    let mut window = window(|ctx| App::new(ctx, services));
     assert_eq!(app(&window).page(), Page::Guide);
     let mut sentences = Vec::new();
     let mut checked = 0;

@@ -10,11 +10,11 @@ use boresight::{
         BoardFromCode,
         explain::UserError,
         window::{
-            host::{
-                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, RigOpened, RigRequest,
+            recordings::{Dropped, Recording},
+            services::{
+                Comparing, Ended, Loading, Opened, PrintedBoard, RigOpened, RigRequest, Services,
                 SessionRequest, Storing, Wake,
             },
-            recordings::{Dropped, Recording},
         },
     },
     boards::{BoardChoice, Pattern},
@@ -89,7 +89,7 @@ struct OneCamera {
     opened: Arc<Mutex<u32>>,
 }
 
-impl AppHost for OneCamera {
+impl Services for OneCamera {
     fn first_wish(&self) -> SessionRequest {
         SessionRequest {
             source: "/dev/video0".into(),
@@ -117,16 +117,12 @@ impl AppHost for OneCamera {
         let header = Header::new(&wish.source, size, config.clone());
         let mut source: LiveCamera<SimKernel> = open(&self.kernel, &wish.source).expect("opens");
         let adjustables: Vec<Adjustable> = source.adjustables();
+        let session = Session::new(config.session(size).expect("valid"));
         let setup = Setup {
-            source: Box::new(source),
-            session: Session::new(config.session(size).expect("valid")),
             folder: Some(SessionFolder::create(&folder, &header).expect("created")),
-            lossless: false,
-            record_stream: false,
-            on_frame: Box::new(|_| ()),
+            ..Setup::new(Box::new(source), session)
         };
-        let (pipeline, showing) =
-            Pipeline::start_with_feed(setup, move || wake()).expect("threads");
+        let (pipeline, showing) = Pipeline::start(setup, move || wake()).expect("threads");
         let at = folder.clone();
         let conclude =
             Box::new(|_| Ended { folder: at, files: Vec::new(), compared: None, trouble: None });
@@ -212,9 +208,9 @@ impl AppHost for OneCamera {
 fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
     let folder = tempfile::tempdir().expect("a folder");
     let kernel = SimKernel::new(vec![grey(0)]);
-    let host =
+    let services =
         OneCamera { kernel: kernel.clone(), folder: folder.path().into(), opened: Arc::default() };
-    let mut window = app::window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = app::window(|ctx| App::new(ctx, Box::new(services)));
     let reads = |window: &app::Window, words: &str| window.query_by_label(words).is_some();
     window.key_press(egui::Key::H);
     app::until(&mut window, "the locked exposure", |window| reads(window, "locked at 156"));

@@ -4,7 +4,7 @@ use std::fs;
 
 use boresight::{
     calibration::files::CalibrationFile,
-    cli::app_host,
+    cli::services,
     text::{Act, charts::Chart},
     ui::{App, Page as WindowPage, UiAction},
 };
@@ -139,8 +139,8 @@ fn leaving_out_a_view_changes_the_stored_result_and_putting_it_back_restores_it(
             }
         }
     }
-    let host = app_host(&[], false).expect("arguments");
-    let mut window = app::window(|ctx| App::new(ctx, host));
+    let services = services(&[], false).expect("arguments");
+    let mut window = app::window(|ctx| App::new(ctx, services));
     app::drop_onto(&mut window, &session);
     app::until(&mut window, "the result", |window| app::app(window).page() == WindowPage::Result);
     let used = || -> Option<(usize, f64)> {

@@ -35,8 +35,8 @@ use boresight::{
         BoardFromCode,
         explain::UserError,
         window::{
-            host::{Ended, Memory, SessionRequest},
             recordings::DecidedRecording,
+            services::{Ended, Memory, SessionRequest},
         },
     },
     detection::OtherBoard,

@@ -1,6 +1,6 @@
 //! Card with the QR code of the phone's page. `BORESIGHT_MATRIX=FOLDER` keeps pictures of it.
 
-use boresight::{cli::app_host, serve::QrCode, text::phone as words, ui::App};
+use boresight::{cli::services, serve::QrCode, text::phone as words, ui::App};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -18,8 +18,8 @@ fn the_code_is_whole_and_dark_on_light_in_the_smallest_window() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("one").display().to_string();
     let arguments = ["--serve", "127.0.0.1:0", "--source", "sim", "--out", &out];
-    let host = app_host(&arguments, false).expect("arguments");
-    let mut window = window(|ctx| App::new(ctx, host));
+    let services = services(&arguments, false).expect("arguments");
+    let mut window = window(|ctx| App::new(ctx, services));
     until(&mut window, "a picture", |window| app(window).screen().snapshot.is_some());
     window.step();
     let (rect, label) = card(&window).expect("the card is open");

@@ -8,21 +8,21 @@ use std::{
 
 use boresight::{
     app::{
-        AppHost, BoardFromCode,
+        BoardFromCode, Services,
         explain::UserError,
         session::camera::{Near, NearCamera},
         window::{
-            host::{
+            lookout::{Cameras, Lookout, whole_board},
+            recordings::{Dropped, Recording, within},
+            services::{
                 CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, RigOpened,
                 RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
             },
-            lookout::{Cameras, Lookout, whole_board},
-            recordings::{Dropped, Recording, within},
         },
     },
     boards::{Board, BoardChoice, MarkerSide, Pattern},
     capture::{FrameSource, Recorded, SourceIdentity},
-    cli::app_host,
+    cli::services,
     detection::OtherBoard,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Plan,
@@ -412,9 +412,9 @@ fn the_board_is_shown_in_a_window_of_its_own() {
     assert!(share(&|level| level == 255) > 0.1);
 }
 
-/// A window host with one camera: a simulated one, with a board in front.
+/// A window services with one camera: a simulated one, with a board in front.
 struct WithCamera {
-    inner: Box<dyn AppHost>,
+    inner: Box<dyn Services>,
     source: String,
     /// Name of a second camera, with the same source.
     second: Option<&'static str>,
@@ -455,7 +455,7 @@ impl Cameras for Still {
     }
 }
 
-impl AppHost for WithCamera {
+impl Services for WithCamera {
     fn first_wish(&self) -> SessionRequest {
         self.inner.first_wish()
     }
@@ -612,8 +612,8 @@ fn views(window: &Window) -> usize {
 fn a_computer_that_cant_speak_says_so_beside_the_button() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("one").display().to_string();
-    let host = WithCamera {
-        inner: app_host(&["--out", &out], false).expect("arguments"),
+    let services = WithCamera {
+        inner: services(&["--out", &out], false).expect("arguments"),
         source: "sim".into(),
         second: None,
         remembered: Arc::default(),
@@ -621,7 +621,7 @@ fn a_computer_that_cant_speak_says_so_beside_the_button() {
         seen: None,
         lookout: None,
     };
-    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = window(|ctx| App::new(ctx, Box::new(services)));
     click(&mut window, Role::Button, "Settings");
     assert!(window.query_by_label(NO_VOICE).is_none());
     click(&mut window, Role::Button, settings::TEST_VOICE);
@@ -637,8 +637,8 @@ fn cameras_chosen_together_are_guided_together_and_the_window_stays() {
     std::fs::write(&scene, SCENE).expect("written");
     let out = folder.path().join("rig");
     let named = out.display().to_string();
-    let host = WithCamera {
-        inner: app_host(&["--board", "7x5", "--out", &named], false).expect("arguments"),
+    let services = WithCamera {
+        inner: services(&["--board", "7x5", "--out", &named], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
         second: Some("Door camera"),
         remembered: Arc::default(),
@@ -646,7 +646,7 @@ fn cameras_chosen_together_are_guided_together_and_the_window_stays() {
         seen: None,
         lookout: None,
     };
-    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = window(|ctx| App::new(ctx, Box::new(services)));
     click(&mut window, Role::Button, words::CHANGE);
     window.get_by_role_and_label(Role::CheckBox, words::RIG).scroll_to_me();
     settle(&mut window);
@@ -680,7 +680,7 @@ fn a_window_speaks_from_the_beginning_if_it_is_asked_to() {
     let out = folder.path().join("one").display().to_string();
     let asked = |more: &[&str]| {
         let arguments: Vec<&str> = ["--out", &out].iter().chain(more).copied().collect();
-        let memory = app_host(&arguments, false).expect("arguments").remembered();
+        let memory = services(&arguments, false).expect("arguments").remembered();
         (memory.speech, memory.mirrored)
     };
     assert_eq!(asked(&[]), (None, None));
@@ -697,8 +697,8 @@ fn a_recorded_stream_stays_when_another_board_is_used() {
     let first = folder.path().join("one");
     let opened = Arc::new(Mutex::new(Vec::new()));
     let out = first.display().to_string();
-    let host = WithCamera {
-        inner: app_host(&["--record-stream", "--out", &out], false).expect("arguments"),
+    let services = WithCamera {
+        inner: services(&["--record-stream", "--out", &out], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
         second: None,
         remembered: Arc::default(),
@@ -706,7 +706,7 @@ fn a_recorded_stream_stays_when_another_board_is_used() {
         seen: None,
         lookout: None,
     };
-    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = window(|ctx| App::new(ctx, Box::new(services)));
     until(&mut window, "the camera", |window| {
         window.query_by_role_and_label(Role::Button, "Webcam, 1280 × 720").is_some()
     });
@@ -730,8 +730,8 @@ fn from_an_empty_home_one_press_leads_to_the_first_view() {
     let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
     let opened = Arc::new(Mutex::new(Vec::new()));
     let out = folder.path().join("one").display().to_string();
-    let host = WithCamera {
-        inner: app_host(&["--out", &out], true).expect("arguments"),
+    let services = WithCamera {
+        inner: services(&["--out", &out], true).expect("arguments"),
         source: format!("sim:{}", scene.display()),
         second: None,
         remembered: Arc::default(),
@@ -739,7 +739,7 @@ fn from_an_empty_home_one_press_leads_to_the_first_view() {
         seen: Some(render_view(&preview, &pose)),
         lookout: None,
     };
-    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = window(|ctx| App::new(ctx, Box::new(services)));
     until(&mut window, "the board", |window| {
         window.query_by_label("8 × 6 squares, 25 mm?").is_some()
     });
@@ -763,8 +763,8 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let first = folder.path().join("one");
     let remembered = Arc::new(Mutex::new(Memory::default()));
     let opened = Arc::new(Mutex::new(Vec::new()));
-    let host = WithCamera {
-        inner: app_host(&["--out", &first.display().to_string()], false).expect("arguments"),
+    let services = WithCamera {
+        inner: services(&["--out", &first.display().to_string()], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
         second: None,
         remembered: Arc::clone(&remembered),
@@ -772,7 +772,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
         seen: None,
         lookout: None,
     };
-    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    let mut window = window(|ctx| App::new(ctx, Box::new(services)));
     assert_eq!(app(&window).page(), Page::Start, "nothing runs before it's chosen");
     assert!(app(&window).screen().snapshot.is_none());
     until(&mut window, "the camera", |window| {

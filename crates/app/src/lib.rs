@@ -34,11 +34,11 @@ pub use cores::cores;
 pub use explain::{error_code, explain};
 pub use missing_feature::MissingFeature;
 pub use session::{
-    BoardFromCode, DecidedAgain, Exit, FinishedRun, JournalReading, Opening, PersonCues, Run,
-    SavedSession, SessionMetrics, announce_result, verdict_name,
+    BoardFromCode, Companion, DecidedAgain, Exit, FinishedRun, Host, JournalReading, Opening,
+    PersonCues, Run, SavedSession, SessionMetrics, announce_result, verdict_name,
 };
 pub use voice::{NoVoice, Voice};
-pub use window::{AppHost, usual_memory};
+pub use window::{Services, usual_memory};
 
 /// Name of the report in the session's folder.
 pub const REPORT_FILE: &str = "report.html";

@@ -11,13 +11,14 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::Companion;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
     instruction::Instruction,
     speech::{Narrator, Queue, Rank, Word},
     text,
 };
-use boresight_run::pipeline::Onlooker;
+use boresight_run::pipeline::{Onlooker, Onlookers};
 
 /// Programs to speak the last argument and end afterwards.
 const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
@@ -141,15 +142,12 @@ impl Voice {
     /// Repeated requests are heard when there is time for them.
     pub fn requests(&self) -> impl Fn(&str, &str) + Send + use<> {
         let said = Arc::clone(&self.said);
-        move |text, mirrored| {
-            let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
-            said.offer(Word { rank: Rank::Guidance, text, mirrored });
-        }
+        move |text, mirrored| said.request(text, mirrored)
     }
 
-    /// Onlooker for a session.
-    pub fn onlooker(&self) -> Arc<dyn Onlooker> {
-        Arc::clone(&self.said) as Arc<dyn Onlooker>
+    /// The voice beside sessions.
+    pub fn companion(&self) -> Arc<dyn Companion> {
+        Arc::new(Speaking(Arc::clone(&self.said)))
     }
 }
 
@@ -167,11 +165,28 @@ impl Said {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn request(&self, text: &str, mirrored: &str) {
+        let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
+        self.offer(Word { rank: Rank::Guidance, text, mirrored });
+    }
+
     fn offer(&self, word: Word) {
         if self.on.load(Ordering::Relaxed) {
             let now_secs = self.began.elapsed().as_secs_f64();
             self.queue().offer(now_secs, word);
         }
+    }
+}
+
+struct Speaking(Arc<Said>);
+
+impl Companion for Speaking {
+    fn onlookers(&self) -> Onlookers {
+        vec![Arc::clone(&self.0) as _]
+    }
+
+    fn rig_asks(&self, sentence: &str) {
+        self.0.request(sentence, sentence);
     }
 }
 

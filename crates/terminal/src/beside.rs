@@ -2,6 +2,7 @@
 
 #[cfg(feature = "serve")]
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 #[cfg(feature = "serve")]
 use anyhow::Context;
@@ -9,16 +10,21 @@ use clap::Args;
 
 #[cfg(any(feature = "serve", feature = "window"))]
 use crate::announcer;
-use crate::say;
-use boresight_app::{Announcer, NoVoice, Voice};
+use crate::{operation::Operation, say, stop_flag};
+use boresight_app::{Announcer, Host, NoVoice, Voice};
 #[cfg(feature = "serve")]
 use boresight_files::{Links, read, read_or_make_private};
 #[cfg(feature = "serve")]
 use boresight_phone::{Certificate, Secret, ServeAddress, Setup, session_page::Phone};
+#[cfg(feature = "serve")]
+use boresight_present::text::phone::LINGERING;
 
 /// Maximum bytes of a certificate or key.
 #[cfg(feature = "serve")]
 const LARGEST_PEM: u64 = 1 << 20;
+
+/// Makes the lines of a QR code.
+pub type Code = Box<dyn Fn() -> Vec<String> + Send + Sync>;
 
 /// Phone and voice beside a session.
 #[derive(Debug, Args)]
@@ -113,10 +119,69 @@ impl BesideArguments {
         self.voice.start()
     }
 
+    /// Starts the requested companions, `operation` among them.
+    pub fn start(&self, operation: Operation, announcer: Announcer) -> anyhow::Result<Beside> {
+        let voice = self.voice.start()?;
+        let mut host = Host::new(announcer, stop_flag()?).beside(Arc::new(operation));
+        if let Some(voice) = &voice {
+            host = host.paced(true).beside(voice.companion());
+        }
+        #[cfg(feature = "serve")]
+        let phone = self.phone()?.map(Arc::new);
+        #[cfg(feature = "serve")]
+        if let Some(phone) = &phone {
+            host = host.paced(true).beside(Arc::clone(phone) as _);
+        }
+        Ok(Beside {
+            host,
+            _voice: voice,
+            #[cfg(feature = "serve")]
+            phone,
+        })
+    }
+
     /// Requested phone page, being served.
     #[cfg(feature = "serve")]
     pub fn phone(&self) -> anyhow::Result<Option<Phone>> {
         self.serve.as_deref().map(|address| self.names.phone(address)).transpose()
+    }
+}
+
+/// Host with the companions that the command line asks for.
+pub struct Beside {
+    /// Host of the sessions.
+    pub host: Host,
+    _voice: Option<Voice>,
+    #[cfg(feature = "serve")]
+    phone: Option<Arc<Phone>>,
+}
+
+impl Beside {
+    /// True if a phone's page is served.
+    pub fn has_phone(&self) -> bool {
+        #[cfg(feature = "serve")]
+        return self.phone.is_some();
+        #[cfg(not(feature = "serve"))]
+        false
+    }
+
+    /// Lines of the link's QR code.
+    pub fn code(&self) -> Option<Code> {
+        #[cfg(feature = "serve")]
+        return Some(Box::new(self.phone.as_ref()?.code()));
+        #[cfg(not(feature = "serve"))]
+        None
+    }
+
+    /// Waits until nobody looks at the phone's page. True if two more views are requested.
+    pub fn wants_more(&self) -> bool {
+        #[cfg(feature = "serve")]
+        return self
+            .phone
+            .as_ref()
+            .is_some_and(|phone| phone.linger(self.host.stop(), LINGERING, self.host.announcer()));
+        #[cfg(not(feature = "serve"))]
+        false
     }
 }
 

@@ -16,11 +16,12 @@ use serde_json::{Value, json};
 
 use crate::{announcer, is_json, log, log_as_json, log_to, say};
 use boresight_app::{
-    RESULT_FILE, RIG_RESULT, SessionMetrics, session::run::Concluded, state_topic, verdict_name,
+    Companion, RESULT_FILE, RIG_RESULT, SessionMetrics,
+    session::{rig_result::RigEnded, run::Concluded},
+    state_topic, verdict_name,
 };
 use boresight_files::{Links, Overwrite, Scratch, TEXT_LIMIT, may_save, read};
-use boresight_formats::CalibrationFile;
-use boresight_guide::session::{Outcome, Snapshot};
+use boresight_guide::session::{Outcome, Session, Snapshot};
 use boresight_present::grade::Grade;
 use boresight_run::pipeline::{Onlooker, Onlookers};
 
@@ -94,7 +95,7 @@ impl OperationArguments {
     }
 }
 
-/// Onlooker for the machine running the sessions. Dropping waits for the commands of `--on-finish`.
+/// Companion for the machine running the sessions. Dropping waits for the commands of `--on-finish`.
 #[derive(Default)]
 pub struct Operation {
     /// True if a program reads events.
@@ -103,31 +104,26 @@ pub struct Operation {
     on_finish: Option<OnFinish>,
 }
 
-impl Operation {
-    /// Onlookers for each session.
-    pub fn onlookers(&self) -> Onlookers {
+impl Companion for Operation {
+    fn onlookers(&self) -> Onlookers {
         let events = self.has_events.then(|| Arc::new(Events) as Arc<dyn Onlooker>);
         self.metrics.iter().map(SessionMetrics::onlooker).chain(events).collect()
     }
 
-    /// Notes the end of a session.
-    pub fn concluded(&self, concluded: &Concluded) {
-        self.ended(&concluded.path, &concluded.result);
-    }
-
-    /// Notes the end of the session in `folder`, with the result.
-    pub fn ended(&self, folder: &Path, result: &CalibrationFile) {
+    fn ended(&self, _session: &Session, concluded: &Concluded, _goes_on: bool) {
         if let Some(metrics) = &self.metrics {
-            metrics.concluded(result);
+            metrics.concluded(&concluded.result);
         }
-        self.finish(folder, RESULT_FILE, verdict_name(result));
+        self.finish(&concluded.path, RESULT_FILE, verdict_name(&concluded.result));
     }
 
-    /// Notes the end of several cameras' session in `folder`; no grade without a rig.
-    pub fn rig_ended(&self, folder: &Path, grade: Option<Grade>) {
-        self.finish(folder, RIG_RESULT, grade.map_or("none", Grade::code));
+    /// No grade without a rig.
+    fn rig_ended(&self, ended: &RigEnded, folder: &Path) {
+        self.finish(folder, RIG_RESULT, ended.grade.map_or("none", Grade::code));
     }
+}
 
+impl Operation {
     /// Logs the end, and starts the command of `--on-finish`.
     fn finish(&self, folder: &Path, result: &str, verdict: &'static str) {
         let file = folder.join(result);

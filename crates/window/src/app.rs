@@ -33,8 +33,8 @@ use super::{
 use boresight_app::{
     BoardFromCode,
     explain::{UserError, user_error as user_error_of},
-    window::host::{
-        AppHost, Ended, Memory, RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
+    window::services::{
+        Ended, Memory, RigRequest, SeenBoard, SeenCode, Services, SessionRequest, Storing, Wake,
     },
 };
 use boresight_detect::Miss;
@@ -76,7 +76,7 @@ pub enum Page {
 
 /// The whole window.
 pub struct App {
-    host: Box<dyn AppHost>,
+    services: Box<dyn Services>,
     wish: SessionRequest,
     start: StartPage,
     choices: Choices,
@@ -126,7 +126,7 @@ pub struct App {
 
 impl App {
     /// Starts the first session.
-    pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
+    pub fn new(ctx: &Context, services: Box<dyn Services>) -> Self {
         let pace_ms = Arc::new(AtomicU64::new(in_ms(MOMENT)));
         let wake: Wake = {
             let (ctx, pace_ms) = (ctx.clone(), Arc::clone(&pace_ms));
@@ -136,8 +136,8 @@ impl App {
             })
         };
         theme::apply(ctx);
-        let (wish, memory) = (host.first_wish(), host.remembered());
-        let at_once = host.starts_at_once();
+        let (wish, memory) = (services.first_wish(), services.remembered());
+        let at_once = services.starts_at_once();
         theme::choose(ctx, memory.theme.as_deref().unwrap_or_default());
         if let Some(zoom) = memory.zoom {
             ctx.set_zoom_factor(zoom);
@@ -158,14 +158,14 @@ impl App {
         start.knows_board = memory.board.is_some();
         let choices = Choices {
             streams: memory.streams.clone(),
-            papers: host.papers(),
+            papers: services.papers(),
             mirrored: memory.mirrored,
             full_screen: preferences.full_screen,
             ..Choices::default()
         };
-        let phone = phone::PhoneCard::of(&*host);
+        let phone = phone::PhoneCard::of(&*services);
         let mut app = Self {
-            host,
+            services,
             wish: wish.clone(),
             start,
             choices,
@@ -250,22 +250,22 @@ impl App {
             return;
         }
         self.looks = true;
-        self.choices.cameras = self.host.cameras(&self.wake);
+        self.choices.cameras = self.services.cameras(&self.wake);
         self.start.see(&self.choices);
         if self.offered_of != self.start.draft.source {
             self.offered_of.clone_from(&self.start.draft.source);
-            self.choices.modes = self.host.modes(&self.offered_of);
+            self.choices.modes = self.services.modes(&self.offered_of);
         }
         let counted = self.start.counted(&self.choices);
         if counted != self.counted {
-            self.host.count_board(counted.as_deref());
+            self.services.count_board(counted.as_deref());
             self.counted = counted;
         }
     }
 
     fn stop_looking(&mut self) {
         if std::mem::take(&mut self.looks) {
-            self.host.stop_looking();
+            self.services.stop_looking();
             self.start.leave();
             self.counted = None;
         }
@@ -306,7 +306,7 @@ impl App {
         BoardChoice { columns, rows, pattern }: BoardChoice,
     ) -> Option<SeenBoard> {
         let image = self.screen.picture.grey().filter(|_| pattern.is_plain())?;
-        self.host.whole_board(image, [columns, rows])
+        self.services.whole_board(image, [columns, rows])
     }
 
     /// Starts a new session with another board. One with views is stored, and stays.
@@ -332,7 +332,7 @@ impl App {
         self.end();
         self.stage = SessionState::Idle;
         if let Some(ended) = &self.screen.folder {
-            let _ = self.host.discard(ended);
+            let _ = self.services.discard(ended);
         }
         self.open(ctx, wish);
         let id = code.map(|code| code.id.as_str());
@@ -344,7 +344,7 @@ impl App {
     /// Switches the voice as chosen; off without a program to speak.
     fn voice(&mut self) {
         let Preferences { speech, mirrored, .. } = self.screen.preferences;
-        if let Err(trouble) = self.host.speak(speech, mirrored) {
+        if let Err(trouble) = self.services.speak(speech, mirrored) {
             self.stay_silent(trouble);
         }
     }
@@ -379,7 +379,7 @@ impl App {
 
     fn memorise(&mut self, memory: Memory) {
         if memory != self.memory {
-            if let Err(trouble) = self.host.remember(&memory) {
+            if let Err(trouble) = self.services.remember(&memory) {
                 self.note = Some(trouble.what);
             }
             self.choices.mirrored = memory.mirrored;
@@ -430,7 +430,7 @@ impl App {
         theme::fit(ctx, &mut self.fitted);
         self.notice_hands(ctx);
         self.voice();
-        if self.host.interrupted() {
+        if self.services.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
         if self.rig.is_some() {
@@ -446,7 +446,7 @@ impl App {
                     self.screen.preferences.hint = false;
                     self.keep(ctx);
                 }
-                if news.over || self.host.phone_ends_session() {
+                if news.over || self.services.phone_ends_session() {
                     self.end();
                 } else {
                     self.notice_other_board(ctx);
@@ -459,7 +459,7 @@ impl App {
                     if self.screen.preferences.tone {
                         self.sound.play(tone);
                     }
-                    self.result.begin(&ended, self.host.older(&ended.folder));
+                    self.result.begin(&ended, self.services.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
                     if let Some(old) = self.compare_later.take() {
                         self.compare(&old);
@@ -477,13 +477,13 @@ impl App {
                     });
                 }
             }
-            SessionState::Ended(_) if self.host.phone_wants_more() => {
+            SessionState::Ended(_) if self.services.phone_wants_more() => {
                 self.command(ctx, Command::TakeMore);
             }
             SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ended(_) => {}
         }
-        let phones = self.host.phones();
-        self.phone.notice(&*self.host, phones);
+        let phones = self.services.phones();
+        self.phone.notice(&*self.services, phones);
         self.pace_ms.store(in_ms(self.pace()), Ordering::Relaxed);
         self.look_around();
         self.result.look();
@@ -497,7 +497,7 @@ impl App {
     fn compare(&mut self, old: &Path) {
         let SessionState::Ended(ended) = &self.stage else { return };
         let wake = Arc::clone(&self.wake);
-        self.result.comparison.begin(&mut *self.host, (&ended.folder, old), wake);
+        self.result.comparison.begin(&mut *self.services, (&ended.folder, old), wake);
     }
 
     /// Paints the page and carries out requests.
@@ -555,14 +555,14 @@ impl App {
                     SessionState::Ending(_) => result::State::Ending,
                     SessionState::Ended(ended) => result::State::Ended(ended),
                 };
-                let formats = self.host.formats(false);
+                let formats = self.services.formats(false);
                 let exported = self.exported.as_ref();
                 let context = result::Context { state, formats: &formats, exported };
                 result::show(ui, &self.screen, &context, &mut self.result, &mut asks);
             }
         }
         self.help(ui);
-        self.phone.show(ui.ctx(), self.host.phones());
+        self.phone.show(ui.ctx(), self.services.phones());
         if self.start.shows_board {
             self.start.shows_board = start::show_board(ui.ctx(), self.start.in_squares());
         }
@@ -625,7 +625,7 @@ impl App {
         self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
         (self.exported, self.note, self.page) = (None, None, Page::Guide);
         self.result = result::ResultPage::default();
-        self.stage = match self.host.open(&wish, Arc::clone(&self.wake)) {
+        self.stage = match self.services.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
                 ctx.send_viewport_cmd(ViewportCommand::Title(self.title()));
@@ -656,7 +656,7 @@ impl App {
         self.end();
         // Dropping an ending session waits for it.
         (self.stage, self.note) = (SessionState::Idle, None);
-        let opened = self.host.open_rig(request);
+        let opened = self.services.open_rig(request);
         let started = opened.and_then(|opened| {
             let view = RigView::start(ctx, opened, |_| ());
             view.map_err(|err| user_error_of(&err.into()))
@@ -746,7 +746,7 @@ impl App {
                 Act::ResultPage => self.page = Page::Result,
                 Act::ReplayPage => {
                     self.page = Page::Replay;
-                    self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+                    self.shelf.browse(&*self.services, Arc::clone(&self.wake));
                 }
                 Act::SettingsPage => self.page = Page::Settings,
             },
@@ -757,7 +757,7 @@ impl App {
             UiAction::TestVoice => {
                 preferences.speech = true;
                 self.no_voice = None;
-                if let Err(trouble) = self.host.test_voice() {
+                if let Err(trouble) = self.services.test_voice() {
                     self.stay_silent(trouble);
                 }
             }
@@ -777,7 +777,7 @@ impl App {
                 self.use_board(ctx, board, code.as_ref());
             }
             UiAction::Print { board, paper } => {
-                let printed = self.host.print_board(board, paper);
+                let printed = self.services.print_board(board, paper);
                 if let Ok(printed) = &printed {
                     self.start.note_printed(printed.square_m);
                 }
@@ -794,12 +794,12 @@ impl App {
                 }
             }
             UiAction::Replay(folder) => {
-                self.shelf.open(&mut *self.host, &folder, Arc::clone(&self.wake));
+                self.shelf.open(&mut *self.services, &folder, Arc::clone(&self.wake));
             }
             UiAction::Browse(folder) => self.shelf.look_into(&folder),
             UiAction::CloseRecording => {
                 self.shelf.close();
-                self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+                self.shelf.browse(&*self.services, Arc::clone(&self.wake));
             }
             UiAction::Compare(old) => self.compare(&old),
             UiAction::ShowResult(folder) => self.show_stored(folder),
@@ -811,7 +811,7 @@ impl App {
             UiAction::ExportOf(folder, format) => self.export_of(&folder, format),
             UiAction::Delete(folder) => self.delete(&folder),
             UiAction::Show(file) => {
-                if let Err(trouble) = self.host.show(&file) {
+                if let Err(trouble) = self.services.show(&file) {
                     self.note = Some(trouble.what.clone());
                     self.exported = Some(Err(trouble));
                 }
@@ -819,7 +819,7 @@ impl App {
             UiAction::Export(format) => {
                 if let SessionState::Ended(ended) = &self.stage {
                     let folder = ended.folder.clone();
-                    self.exported = Some(self.host.export(&folder, format));
+                    self.exported = Some(self.services.export(&folder, format));
                 }
             }
         }

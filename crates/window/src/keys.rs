@@ -16,9 +16,9 @@ pub enum UiAction {
     /// Take back a view.
     Remove(ViewNumber),
     /// Start the session chosen on the start page.
-    Start(Box<boresight_app::window::host::SessionRequest>),
+    Start(Box<boresight_app::window::services::SessionRequest>),
     /// Start the session of several cameras chosen on the start page.
-    StartRig(Box<boresight_app::window::host::RigRequest>),
+    StartRig(Box<boresight_app::window::services::RigRequest>),
     /// Take two more views in uncovered areas.
     TakeMore,
     /// Restart with a board of the given size.
@@ -37,7 +37,7 @@ pub enum UiAction {
     /// Fill the screen during a session, if true, while the person is away.
     FullScreenAfar(bool),
     /// Start with the settings.
-    Open(Box<boresight_app::window::host::SessionRequest>),
+    Open(Box<boresight_app::window::services::SessionRequest>),
     /// Write the result in the format by number.
     Export(usize),
     /// Compare the result with the calibration in the file.

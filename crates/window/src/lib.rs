@@ -33,6 +33,7 @@ pub mod keys;
 mod known_map;
 pub mod open;
 pub mod picture;
+pub mod program_services;
 pub mod replay;
 pub mod result;
 pub mod rig;
@@ -45,7 +46,6 @@ pub mod sound;
 pub mod start;
 pub mod theme;
 pub mod user_error;
-pub mod window_host;
 mod window_icon;
 
 pub use app::{App, Page};

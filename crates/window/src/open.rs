@@ -1,19 +1,15 @@
 //! Window, opened from the command line.
 
-use std::{
-    path::Path,
-    sync::{Arc, PoisonError},
-};
+use std::sync::{Arc, PoisonError};
 
 use anyhow::bail;
 
-use crate::{NoWindow, run as run_window, run_replay, window_host::WindowHost};
-use boresight_app::{AppHost, Exit, Opening, usual_memory, window::recordings::DecidedRecording};
-use boresight_formats::CalibrationFile;
-use boresight_present::text::window as words;
-use boresight_terminal::{
-    announcer, beside::BesideArguments, operation::Operation, print, stop_flag,
+use crate::{NoWindow, program_services::ProgramServices, run as run_window, run_replay};
+use boresight_app::{
+    Exit, Host, Opening, Services, usual_memory, window::recordings::DecidedRecording,
 };
+use boresight_present::text::window as words;
+use boresight_terminal::{announcer, beside::BesideArguments, operation::Operation, stop_flag};
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
 /// Without `at_once`, the start page asks about the first session.
@@ -23,21 +19,21 @@ pub fn run(
     operation: Operation,
     (at_once, json): (bool, bool),
 ) -> anyhow::Result<Exit> {
-    let host = host(opening, beside, operation, at_once, (json, true))?;
-    let host = host.remembering(usual_memory());
-    let exit = host.exit();
-    or_say_why(run_window(Box::new(host)))?;
+    let services = program_services(opening, beside, operation, at_once, (json, true))?;
+    let services = services.remembering(usual_memory());
+    let exit = services.exit();
+    or_say_why(run_window(Box::new(services)))?;
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// Program behind a window shown by others, such as tests; remembers nothing.
-pub fn app_host(
+pub fn services(
     opening: Opening,
     beside: &BesideArguments,
     at_once: bool,
     paced: bool,
-) -> anyhow::Result<Box<dyn AppHost>> {
-    Ok(Box::new(host(opening, beside, Operation::default(), at_once, (false, paced))?))
+) -> anyhow::Result<Box<dyn Services>> {
+    Ok(Box::new(program_services(opening, beside, Operation::default(), at_once, (false, paced))?))
 }
 
 /// Steps through a recording in a window until it's closed.
@@ -45,27 +41,19 @@ pub fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
     or_say_why(run_replay(recording))
 }
 
-fn host(
+fn program_services(
     opening: Opening,
     beside: &BesideArguments,
     operation: Operation,
     at_once: bool,
     (json, paced): (bool, bool),
-) -> anyhow::Result<WindowHost> {
-    let watching = operation.onlookers();
-    let on_result = Arc::new(move |folder: &Path, result: &CalibrationFile| {
-        operation.ended(folder, result);
-        if json {
-            // An unprintable result is in the session's folder all the same.
-            let _ = result.to_json().map(|json| print(&json.to_string()));
-        }
-    });
-    let host = WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result);
+) -> anyhow::Result<ProgramServices> {
+    let host = Host::new(announcer(), stop_flag()?).paced(paced).beside(Arc::new(operation));
+    let services = ProgramServices::new(opening, host).printing(json).speaking(beside.speaks());
     #[cfg(feature = "serve")]
-    let host = host.with_phone(beside.phone()?);
-    let host = host.watched_by(watching).speaking(beside.speaks());
-    let host = host.facing(beside.stands_facing());
-    Ok(if at_once { host } else { host.asking() })
+    let services = services.with_phone(beside.phone()?);
+    let services = services.facing(beside.stands_facing());
+    Ok(if at_once { services } else { services.asking() })
 }
 
 /// Turns the lack of a window into an error with a next action.

@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use egui::{Ui, ViewportCommand};
 
 use super::{open::or_say_why, rig::RigView, run, theme};
-use boresight_app::{Exit, window::host::RigOpened};
+use boresight_app::{Exit, window::services::RigOpened};
 
 /// Runs a session of several cameras in a window until it's closed.
 ///

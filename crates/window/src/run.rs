@@ -12,7 +12,7 @@ use super::{
     window_icon::window_icon,
 };
 use boresight_app::{
-    AppHost,
+    Services,
     window::{desktop::has_display, recordings::DecidedRecording},
 };
 use boresight_geometry::panic_message;
@@ -46,8 +46,8 @@ pub enum NoWindow {
 /// # Errors
 ///
 /// [`NoWindow`]; no session has been started then.
-pub fn run(host: Box<dyn AppHost>) -> Result<(), NoWindow> {
-    open(|ctx| Box::new(App::new(ctx, host)))
+pub fn run(services: Box<dyn Services>) -> Result<(), NoWindow> {
+    open(|ctx| Box::new(App::new(ctx, services)))
 }
 
 /// Shows a recording until the window is closed.

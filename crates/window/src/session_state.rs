@@ -7,7 +7,7 @@ use egui::Context;
 use super::screen::Screen;
 use boresight_app::{
     explain::UserError,
-    window::host::{Ended, Opened, Wake},
+    window::services::{Ended, Opened, Wake},
 };
 use boresight_geometry::device::Control;
 use boresight_guide::{

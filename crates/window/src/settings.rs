@@ -10,7 +10,7 @@ use super::{
     screen::Preferences,
     theme,
 };
-use boresight_app::window::host::Memory;
+use boresight_app::window::services::Memory;
 use boresight_calibrate::{AcceptanceGoal, BOARD_SCALE_SD, LensFamily};
 use boresight_present::text::{Act, certificate::name, settings as words, start};
 

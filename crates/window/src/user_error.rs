@@ -3,7 +3,7 @@
 use egui::{CentralPanel, RichText, Ui};
 
 use super::{aloud, keys::UiAction, theme};
-use boresight_app::{explain::UserError, window::host::SessionRequest};
+use boresight_app::{explain::UserError, window::services::SessionRequest};
 use boresight_present::text::{self, Act, window as words};
 
 /// Shows the page.

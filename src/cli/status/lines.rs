@@ -13,6 +13,7 @@ use boresight_guide::session::Command;
 use boresight_guide::session::Snapshot;
 use boresight_present::{instruction::Instruction, text::terminal};
 use boresight_run::pipeline::{CommandLink, Onlooker};
+use boresight_terminal::beside::Code;
 
 /// State shared by the writing session and the keys.
 pub(super) struct Lines {
@@ -25,7 +26,7 @@ pub(super) struct Lines {
     /// True for a person facing the camera.
     mirrored: bool,
     /// QR code for a phone.
-    code: OnceLock<Box<dyn Fn() -> Vec<String> + Send + Sync>>,
+    code: OnceLock<Code>,
     /// True while the code takes the place of the other lines.
     shows_code: AtomicBool,
 }
@@ -48,9 +49,8 @@ impl Lines {
     }
 
     /// Offers the QR code for a phone, which a key shows instead of the other lines.
-    #[cfg(feature = "serve")]
-    pub(super) fn offer_code(&self, code: impl Fn() -> Vec<String> + Send + Sync + 'static) {
-        self.code.set(Box::new(code)).ok();
+    pub(super) fn offer_code(&self, code: Code) {
+        self.code.set(code).ok();
     }
 
     /// Runs the command of a key; ignores other keys.

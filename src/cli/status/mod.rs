@@ -22,7 +22,7 @@ use std::{io::IsTerminal, sync::Arc};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use boresight_run::pipeline::Onlooker;
-use boresight_terminal::{is_json, set_status, take_status};
+use boresight_terminal::{beside::Code, is_json, set_status, take_status};
 use lines::Lines;
 
 /// Maximum rate of rewriting per second: a slow link to the terminal isn't flooded.
@@ -63,8 +63,7 @@ impl Status {
     }
 
     /// See [`Lines::offer_code`].
-    #[cfg(feature = "serve")]
-    pub(super) fn offer_code(&self, code: impl Fn() -> Vec<String> + Send + Sync + 'static) {
+    pub(super) fn offer_code(&self, code: Code) {
         self.lines.offer_code(code);
     }
 

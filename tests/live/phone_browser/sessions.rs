@@ -14,11 +14,11 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, session::source::OpenSource},
+    app::{Announcer, Host, Opening, session::source::OpenSource},
     calibration::Calibration,
     config::Config,
     frame::CaptureTime,
-    pipeline::{FrameReport, Onlookers},
+    pipeline::FrameReport,
     serve::{Hub, Server, Setup, Stage, session_page::ended_page},
     session::Prompt,
     simulation::{Scene, SyntheticSource, technician::CueKind},
@@ -116,9 +116,8 @@ pub(super) fn session(
     let open = OpenSource { source: Box::new(source), on_frame, truth: Some(truth) };
     let run = opening.begin_with("sim", open, config).expect("a session").paced();
     site.hub.opens(run.open.truth.is_some(), run.board_in_words());
-    let onlookers: Onlookers = vec![Arc::clone(&site.hub) as _];
-    let finished =
-        run.carry_out_before(&AtomicBool::new(false), &onlookers, &silent).expect("it runs");
+    let host = Host::silent().watched_by(Arc::clone(&site.hub) as _);
+    let finished = host.finish(run).expect("it runs");
     site.hub.show(Stage::Ending);
     let (session, path) = (finished.session.clone(), finished.path.clone());
     let concluded = finished.conclude(&silent).expect("it's stored");
@@ -128,12 +127,11 @@ pub(super) fn session(
 
 /// Session of the scene by the words of the terminal, as fast as the machine can.
 fn by_terminal(seed: u64, plan: &str, out: PathBuf) -> Option<Arc<Calibration>> {
-    let silent = Announcer::silent();
     let config = Config::load(None, &[format!("guidance.plan=\"{plan}\"")]).expect("settings");
     let name = format!("sim:random:{seed}");
     let opening = Opening { out: Some(out), ..Opening::new(&name, config) };
-    let run = opening.open(&silent).expect("a session");
-    let finished = run.carry_out(&AtomicBool::new(false), &silent).expect("it runs");
+    let host = Host::silent();
+    let finished = host.finish(host.open(&opening).expect("a session")).expect("it runs");
     finished.session.calibration().cloned()
 }
 

@@ -22,7 +22,7 @@ use crate::{
 };
 use boresight_app::{
     usual_memory,
-    window::{host::Memory, memory},
+    window::{memory, services::Memory},
 };
 use boresight_geometry::frame;
 use boresight_guide::session::Gravity;

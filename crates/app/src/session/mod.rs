@@ -6,8 +6,9 @@
 //! | `cue_link`, `truth` | eyes of the simulated person, and the truth of the simulation |
 //! | `opening` | a new session, or a resumed one: source, folder and state |
 //! | `saved_session`, `session_folders` | a stored session as state; sessions below a folder |
+//! | `host`, `rig_host` | host of sessions for window, terminal and phone, with companions |
 //! | `run` | a session from its first frame to its stored result |
-//! | `rig_run`, `rig_guide` | sessions of several cameras, led to common places |
+//! | `rig_run` | sessions of several cameras, led to common places |
 //! | `rig_result` | result of several cameras |
 //! | `result`, `verdict` | result: file, sentences and exit status |
 //! | `scene` | the scene behind the board, as a witness of the focal length |
@@ -29,11 +30,12 @@ mod cue_link;
 pub mod device_entry;
 pub mod devices_file;
 pub mod export;
+pub mod host;
 pub mod opening;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod result;
-pub mod rig_guide;
+mod rig_host;
 pub mod rig_result;
 pub mod rig_run;
 pub mod run;
@@ -49,6 +51,7 @@ mod verdict;
 
 pub use board_from_code::BoardFromCode;
 pub use cue_link::PersonCues;
+pub use host::{Companion, Host};
 pub use opening::Opening;
 pub use run::{FinishedRun, Run};
 pub use saved_session::{DecidedAgain, JournalReading, SavedSession};

@@ -66,6 +66,13 @@ impl Opening {
         }
     }
 
+    /// Settings for two more views in the session that ended in `folder`.
+    #[must_use]
+    pub fn going_on(&self, folder: &Path) -> Self {
+        let session = Some(folder.into());
+        Self { session, takes_more: true, out: None, against: None, ..self.clone() }
+    }
+
     /// Opens the source and the session folder.
     ///
     /// # Errors

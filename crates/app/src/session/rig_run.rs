@@ -302,7 +302,7 @@ impl RigRun {
             let wake = move || {
                 news.try_send(()).ok();
             };
-            let (pipeline, feed) = Pipeline::start_with_feed(setup, wake)?;
+            let (pipeline, feed) = Pipeline::start(setup, wake)?;
             let waiting = VecDeque::new();
             cameras.push(Running { pipeline, feed, context, waiting, frame: None, newest: None });
         }

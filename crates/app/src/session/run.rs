@@ -2,10 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::Arc,
 };
 
 use anyhow::Context;
@@ -14,7 +11,6 @@ use image::GrayImage;
 use crate::{
     Announcer, Exit, SavedSession,
     session::{
-        camera_announcer::CameraAnnouncer,
         comparison::{self, Compared},
         result::{Conclusion, conclude, save_result},
         scene,
@@ -27,15 +23,12 @@ use boresight_capture::renumbered;
 use boresight_detect::Miss;
 use boresight_formats::CalibrationFile;
 use boresight_guide::{
-    guidance::{Progress, Refusal},
+    guidance::Refusal,
     session::{Command, Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
 };
 use boresight_present::{instruction::Instruction, text};
 use boresight_run::{
-    pipeline::{
-        Finished, FrameReport, OnFrame, Onlooker, Onlookers, Paced, Pipeline, PipelineError,
-        SOURCE_PATIENCE, Setup,
-    },
+    pipeline::{Finished, FrameReport, OnFrame, Onlooker, Paced, PipelineError, Setup},
     recording::{Header, SessionFolder, Stored, stored_frame},
 };
 use boresight_sim::TruthLog;
@@ -125,19 +118,6 @@ impl Run {
         Ok(pictures)
     }
 
-    /// Runs until the plan is complete, the source ends, or `stop` is set.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError`]; every announced view is on disk.
-    pub fn carry_out(
-        self,
-        stop: &AtomicBool,
-        announcer: &Announcer,
-    ) -> anyhow::Result<FinishedRun> {
-        self.carry_out_seen(stop, announcer, |_| ())
-    }
-
     /// Paces a waiting source in real time, for onlookers.
     #[must_use]
     pub fn paced(mut self) -> Self {
@@ -145,36 +125,6 @@ impl Run {
             self.open.source = Box::new(Paced::new(self.open.source));
         }
         self
-    }
-
-    /// [`Self::carry_out`] before `onlookers`, who may also end the session.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::carry_out`].
-    pub fn carry_out_before(
-        self,
-        stop: &AtomicBool,
-        onlookers: &Onlookers,
-        announcer: &Announcer,
-    ) -> anyhow::Result<FinishedRun> {
-        let (setup, context) = self.setup(announcer)?;
-        run(setup, context, (stop, onlookers), announcer, |_| ())
-    }
-
-    /// [`Self::carry_out`] with a call of `each` for every new state.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::carry_out`].
-    pub fn carry_out_seen(
-        self,
-        stop: &AtomicBool,
-        announcer: &Announcer,
-        mut each: impl FnMut(&Snapshot),
-    ) -> anyhow::Result<FinishedRun> {
-        let (setup, context) = self.setup(announcer)?;
-        run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
     }
 
     /// Prepares the threads, and the state needed afterwards. Announces the folder.
@@ -196,44 +146,14 @@ impl Run {
             let decision = session.handle(&input);
             folder.journal_mut().append(&input, &decision, None, true)?;
         }
-        let lossless = source.waits();
         let setup = Setup {
-            source: Box::new(renumbered(source, first_frame)),
-            session,
             folder: Some(folder),
-            lossless,
             record_stream,
             on_frame: Box::new(announced(on_frame, announcer.clone())),
+            ..Setup::new(Box::new(renumbered(source, first_frame)), session)
         };
         Ok((setup, RunContext { path, truth, first_frame }))
     }
-}
-
-fn run(
-    setup: Setup,
-    context: RunContext,
-    (stop, onlookers): (&AtomicBool, &Onlookers),
-    announcer: &Announcer,
-    mut each: impl FnMut(&Snapshot),
-) -> anyhow::Result<FinishedRun> {
-    let mut onlookers = onlookers.clone();
-    onlookers.push(announcing(announcer));
-    let (pipeline, snapshots) = Pipeline::start_before(setup, &onlookers, || ())?;
-    let mut camera = CameraAnnouncer::new(announcer);
-    // The link also closes when the session thread ends, for example because the disk is full. A
-    // lost camera sends no snapshots, but `stop` must be noticed nevertheless.
-    while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
-        let ended = snapshot.as_ref().is_some_and(has_ended);
-        if let Some(snapshot) = snapshot {
-            camera.announce(&snapshot.camera);
-            each(&snapshot);
-        }
-        let asked = onlookers.iter().any(|onlooker| onlooker.wants_end());
-        if stop.load(Ordering::Relaxed) || ended || asked {
-            break;
-        }
-    }
-    context.finished(pipeline.stop())
 }
 
 impl RunContext {
@@ -392,7 +312,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
 }
 
 /// Onlooker for views removed or restored between frames, by a person or the camera.
-pub fn announcing(announcer: &Announcer) -> Arc<dyn Onlooker> {
+pub(super) fn announcing(announcer: &Announcer) -> Arc<dyn Onlooker> {
     Arc::new(BetweenFrames(announcer.clone()))
 }
 
@@ -412,16 +332,9 @@ impl Onlooker for BetweenFrames {
     }
 }
 
-fn has_ended(snapshot: &Snapshot) -> bool {
-    snapshot.decision.progress != Progress::Collecting
-        || snapshot.source_ended
-        || !snapshot.failures.is_empty()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{Opening, RESULT_FILE};
+    use crate::{Opening, RESULT_FILE, session::host::Host};
     use boresight_run::config::Config;
 
     #[test]
@@ -434,11 +347,10 @@ mod tests {
             max_frames: Some(3),
             ..Opening::new("sim", config)
         };
-        let silent = Announcer::silent();
-        let run = opening.open(&silent).expect("a session");
-        let finished = run.carry_out(&AtomicBool::new(false), &silent).expect("it runs");
+        let host = Host::silent();
+        let finished = host.finish(host.open(&opening).expect("a session")).expect("it runs");
         std::fs::create_dir(folder.join("truth.json")).expect("made");
-        assert!(finished.conclude(&silent).is_err(), "and it's said");
+        assert!(host.conclude(Ok(finished)).is_err(), "and it's said");
         assert!(folder.join(RESULT_FILE).is_file());
     }
 }

@@ -17,7 +17,7 @@ use nalgebra::Point2;
 use crate::{
     explain::{UserError, user_error},
     session::camera::{self, ChosenCamera, Near, NearCamera, Unusable},
-    window::host::{CameraView, OtherKind, SeenBoard, SeenCode, Wake},
+    window::services::{CameraView, OtherKind, SeenBoard, SeenCode, Wake},
 };
 use boresight_capture::{Arrival, FrameSource};
 use boresight_detect::{Detector, DetectorParams, OtherBoard, read_code};

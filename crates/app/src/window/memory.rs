@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::window::host::Memory;
+use crate::window::services::Memory;
 use boresight_files::{FileError, Links, Overwrite, make_folder, read_text, save};
 
 const FILE: &str = "window.toml";

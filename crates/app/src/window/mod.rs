@@ -2,7 +2,7 @@
 //!
 //! | file | does |
 //! |---|---|
-//! | `host` | questions of the window to the program |
+//! | `services` | questions of the window to the program |
 //! | `lookout` | live pictures of all cameras |
 //! | `printed_board` | a board as a sheet, opened |
 //! | `memory` | choices of earlier windows |
@@ -10,11 +10,11 @@
 //! | `desktop` | display, and files opened by the desktop |
 
 pub mod desktop;
-pub mod host;
 pub mod lookout;
 pub mod memory;
 pub mod printed_board;
 pub mod recordings;
+pub mod services;
 
-pub use host::AppHost;
 pub use memory::usual_path as usual_memory;
+pub use services::Services;

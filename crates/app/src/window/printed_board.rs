@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     commands::board_sheet::{BoardSheet, SheetKind},
-    window::host::PrintedBoard,
+    window::services::PrintedBoard,
 };
 use boresight_files::{Links, Overwrite, read, save};
 use boresight_geometry::{board_code::BoardId, boards::BoardChoice};

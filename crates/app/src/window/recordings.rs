@@ -281,7 +281,7 @@ pub fn decided(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Announcer, Opening};
+    use crate::{Host, Opening};
     use boresight_run::config::Config;
 
     #[test]
@@ -306,14 +306,12 @@ mod tests {
         let folder = place.path().join("one");
         let config = Config::load(None, &["guidance.plan=\"quick\"".into()])?;
         let opening = Opening { out: Some(folder.clone()), ..Opening::new("sim", config) };
-        let silent = Announcer::silent();
-        let run = opening.open(&silent)?;
-        let never = std::sync::atomic::AtomicBool::new(false);
-        let finished = run.carry_out(&never, &silent)?;
+        let host = Host::silent();
+        let finished = host.finish(host.open(&opening)?)?;
         let views = finished.session.accepted().len();
         let open = within(&BTreeSet::from([place.path().into()]));
         assert_eq!((open[0].judged, open[0].views), (None, None), "it isn't concluded");
-        finished.conclude(&silent)?;
+        host.conclude(Ok(finished))?;
         let listed = within(&BTreeSet::from([place.path().into()]));
         let [one] = listed.as_slice() else { anyhow::bail!("{listed:?}") };
         assert_eq!(one.folder, folder);

@@ -1,18 +1,15 @@
 //! A program waiting for a phone: sessions are started, ended and restarted on the page.
 
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::Arc,
     time::{Duration, Instant},
 };
 
-use super::{Phone, going_on};
+use super::Phone;
 use crate::{Offer, OfferedCamera, Request, Stage};
 use anyhow::bail;
 use boresight_app::{
-    Announcer, BoardFromCode, Exit, Opening,
+    BoardFromCode, Exit, Host, Opening,
     explain::user_error,
     session::{
         camera::{self, Near, NearCamera},
@@ -25,7 +22,7 @@ use boresight_geometry::{boards::BoardChoice, markers::Dictionary};
 use boresight_present::text::{self, phone as words};
 use boresight_run::{
     config::{Config, PlanName},
-    pipeline::{Onlooker, Onlookers},
+    pipeline::Onlooker,
 };
 
 const LOOK: Duration = Duration::from_millis(50);
@@ -36,17 +33,17 @@ const SIMULATION: &str = "sim";
 
 /// Sessions started on the phone's page.
 pub struct Head {
-    phone: Phone,
+    phone: Arc<Phone>,
     /// Settings of every session; the page chooses source, board and plan.
     opening: Opening,
-    onlookers: Onlookers,
+    host: Host,
     last: Request,
     trouble: Option<(String, String)>,
 }
 
 impl Head {
-    /// Serves `phone`; `onlookers` see every session.
-    pub fn new(phone: Phone, opening: Opening, onlookers: Onlookers) -> Self {
+    /// Serves `phone`, with `host` for every session.
+    pub fn new(phone: Phone, opening: Opening, host: Host) -> Self {
         let board = opening.config.board.choice();
         let last = Request {
             source: without_secrets(&opening.source),
@@ -55,24 +52,26 @@ impl Head {
             square_m: opening.config.board.square_mm * 1e-3,
             plan: plan_name(opening.config.guidance.plan).into(),
         };
-        Self { phone, opening, onlookers, last, trouble: None }
+        let phone = Arc::new(phone.restarting());
+        let host = host.paced(true).beside(Arc::clone(&phone) as _);
+        Self { phone, opening, host, last, trouble: None }
     }
 
-    /// Waits for sessions and runs them until `stop` is set. Returns the end of the last session.
-    pub fn run(mut self, stop: &AtomicBool, announcer: &Announcer) -> Exit {
+    /// Waits for sessions and runs them until the host is stopped. Returns the end of the last
+    /// session.
+    pub fn run(mut self) -> Exit {
         let mut exit = Exit::Good;
-        announcer.say(words::WAITING);
-        while let Some(request) = self.wait(stop) {
+        self.host.announcer().say(words::WAITING);
+        while let Some(request) = self.wait() {
             self.last = request.clone();
             self.trouble = None;
-            let ended = self
-                .opening_of(&request)
-                .and_then(|opening| self.session_with_more(opening, stop, announcer));
+            let ended =
+                self.opening_of(&request).and_then(|opening| self.session_with_more(opening));
             match ended {
                 Ok(ended) => exit = ended,
                 Err(err) => {
                     exit = Exit::Failed;
-                    announcer.say(&format!("boresight: {err:#}"));
+                    self.host.announcer().say(&format!("boresight: {err:#}"));
                     let trouble = user_error(&err);
                     self.trouble = Some((trouble.what, trouble.action.unwrap_or_default()));
                 }
@@ -82,28 +81,22 @@ impl Head {
     }
 
     /// Runs a session, and adds two views as often as requested by the page.
-    fn session_with_more(
-        &self,
-        mut opening: Opening,
-        stop: &AtomicBool,
-        announcer: &Announcer,
-    ) -> anyhow::Result<Exit> {
+    fn session_with_more(&self, mut opening: Opening) -> anyhow::Result<Exit> {
         loop {
-            let concluded =
-                self.phone.session(&opening, &self.onlookers, (stop, true), announcer)?;
-            if !self.until_left(stop) {
+            let concluded = self.host.session(&opening)?;
+            if !self.until_left() {
                 return Ok(concluded.exit);
             }
-            opening = going_on(&opening, &concluded.path);
+            opening = opening.going_on(&concluded.path);
         }
     }
 
-    /// Next session requested by a page; `None` once `stop` is set.
-    fn wait(&self, stop: &AtomicBool) -> Option<Request> {
+    /// Next session requested by a page; `None` once the host is stopped.
+    fn wait(&self) -> Option<Request> {
         let (mut looked, mut shown) = (None::<Instant>, None);
         // Drop a second tap on Start made while the session was being opened.
         drop(self.phone.hub().take_request());
-        while !stop.load(Ordering::Relaxed) {
+        while !self.host.is_stopped() {
             if looked.is_none_or(|looked| looked.elapsed() >= CAMERAS_EVERY) {
                 let offer = self.offer();
                 if shown.as_ref() != Some(&offer) {
@@ -176,8 +169,8 @@ impl Head {
     }
 
     /// Waits until the page leaves the result. True if two more views are requested.
-    fn until_left(&self, stop: &AtomicBool) -> bool {
-        while !self.phone.hub().wants_end() && !stop.load(Ordering::Relaxed) {
+    fn until_left(&self) -> bool {
+        while !self.phone.hub().wants_end() && !self.host.is_stopped() {
             if self.phone.hub().take_more() {
                 return true;
             }

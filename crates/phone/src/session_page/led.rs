@@ -7,13 +7,12 @@ use super::{
     Phone,
     result::{exports, report},
 };
-use crate::{EndedPage, PageFile, Stage};
+use crate::{PageFile, Stage};
 use boresight_app::{
     RIG_REPORT, RIG_RESULT,
     session::{
         export::offered,
-        rig_result::RigEnded,
-        rig_run::{RigHand, RigNews, RigRun},
+        rig_run::{RigHand, RigNews},
     },
 };
 use boresight_files::{Links, TEXT_LIMIT, read};
@@ -27,13 +26,8 @@ use boresight_present::{
 use boresight_run::pipeline::Onlooker;
 
 impl Phone {
-    /// Announces the pictures of a rig's session being opened.
-    pub fn rig_opens(&self, run: &RigRun) {
-        self.hub.opens(run.is_simulated(), run.board_in_words());
-    }
-
     /// Shows `news` of the cameras `names`, and carries out what pages ask for.
-    pub fn rig_news(&self, news: &RigNews<'_>, names: &[String], hand: &RigHand) {
+    pub(super) fn lead(&self, news: &RigNews<'_>, names: &[String], hand: &RigHand) {
         if self.hub.take_undo() {
             hand.undo.store(true, Ordering::Relaxed);
         }
@@ -41,7 +35,7 @@ impl Phone {
             hand.end.store(true, Ordering::Relaxed);
         }
         if news.is_over {
-            return self.ending();
+            return self.hub.show(Stage::Ending);
         }
         // The next news will do for a page that comes.
         if self.hub.pages() == 0 {
@@ -54,12 +48,6 @@ impl Phone {
         });
         let reached = reached.collect::<Vec<_>>().join(". ");
         self.hub.leading(frame, snapshot, led(news, snapshot, &names[news.shown]), reached);
-    }
-
-    /// Shows the result of the rig's session in `folder`.
-    pub fn rig_ended(&self, ended: &RigEnded, folder: &Path) {
-        let page = EndedPage::of_rig(ended.file.as_ref(), ended.grade, files(folder));
-        self.hub.show(Stage::Ended(page.into()));
     }
 }
 
@@ -78,7 +66,7 @@ fn led(news: &RigNews<'_>, shown: &Snapshot, camera: &str) -> Led {
 
 /// Report, the rig, and its exports. Files that can't be made are left out: the page has no use for
 /// an error.
-fn files(folder: &Path) -> Vec<PageFile> {
+pub(super) fn files(folder: &Path) -> Vec<PageFile> {
     let rig = folder.join(RIG_RESULT);
     let whole = read(&rig, TEXT_LIMIT, Links::Refused).ok();
     let whole = whole.map(|bytes| {

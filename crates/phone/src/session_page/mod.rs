@@ -20,8 +20,12 @@ pub use result::ended_page;
 
 use crate::{AdjustPage, EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
 use boresight_app::{
-    Announcer, Opening,
-    session::run::{Concluded, Run},
+    Announcer, Companion,
+    session::{
+        rig_result::RigEnded,
+        rig_run::{RigHand, RigNews, RigRun},
+        run::{Concluded, Run},
+    },
 };
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::Session;
@@ -32,10 +36,11 @@ use boresight_run::pipeline::Onlookers;
 const LINGER_SECS: f64 = 30.0;
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Served page.
+/// Served page. Beside a [`boresight_app::Host`], it shows and commands each session.
 pub struct Phone {
     hub: Arc<Hub>,
     server: Server,
+    can_restart: bool,
 }
 
 impl Phone {
@@ -47,7 +52,13 @@ impl Phone {
     pub fn start(setup: &Setup) -> anyhow::Result<Self> {
         let hub = Arc::new(Hub::new());
         let server = Server::start(setup, Arc::clone(&hub))?;
-        Ok(Self { hub, server })
+        Ok(Self { hub, server, can_restart: false })
+    }
+
+    /// Page that offers to leave a result for another session.
+    #[must_use]
+    pub fn restarting(self) -> Self {
+        Self { can_restart: true, ..self }
     }
 
     /// Hub, which observes a session.
@@ -93,52 +104,6 @@ impl Phone {
         self.hub.adjusting(frame, page);
     }
 
-    /// Announces the pictures of a session being opened.
-    pub fn opens(&self, run: &Run) {
-        self.hub.opens(run.open.truth.is_some(), run.board_in_words());
-    }
-
-    /// Shows that the result is being computed.
-    pub fn ending(&self) {
-        self.hub.show(Stage::Ending);
-    }
-
-    /// Shows the result of the session in `folder`.
-    pub fn ended(&self, session: &Session, concluded: &Concluded, folder: &Path) {
-        let page = ended_page(session, concluded, folder, false);
-        self.hub.show(Stage::Ended(Arc::new(EndedPage { can_go_on: true, ..page })));
-    }
-
-    /// Opens, runs and concludes a session shown by the page, beside `others` looking on. With
-    /// `can_restart`, the page offers to leave its result for another session. [`Hub::take_more`]
-    /// then reports a page's request for two more views.
-    ///
-    /// # Errors
-    ///
-    /// As [`Opening::open`], [`boresight_app::Run::carry_out`] and
-    /// [`boresight_app::FinishedRun::conclude`].
-    pub fn session(
-        &self,
-        opening: &Opening,
-        others: &Onlookers,
-        (stop, can_restart): (&AtomicBool, bool),
-        announcer: &Announcer,
-    ) -> anyhow::Result<Concluded> {
-        self.hub.show(Stage::Starting);
-        let run = opening.open(announcer)?.paced();
-        self.opens(&run);
-        let mut onlookers = others.clone();
-        onlookers.push(Arc::clone(&self.hub) as _);
-        let finished = run.carry_out_before(stop, &onlookers, announcer)?;
-        self.hub.show(Stage::Ending);
-        let (session, folder) = (finished.session.clone(), finished.path.clone());
-        let concluded = finished.conclude(announcer)?;
-        let page = ended_page(&session, &concluded, &folder, can_restart);
-        let page = EndedPage { can_go_on: !stop.load(Ordering::Relaxed), ..page };
-        self.hub.show(Stage::Ended(Arc::new(page)));
-        Ok(concluded)
-    }
-
     /// Shows `words` and waits until nobody looks at the last page any more, or until `stop` is
     /// set. Returns at once if there never was a page. True if two more views are requested.
     pub fn linger(&self, stop: &AtomicBool, words: &str, announcer: &Announcer) -> bool {
@@ -157,14 +122,39 @@ impl Phone {
     }
 }
 
-/// Settings for continuing a session that ended in `folder`.
-pub fn going_on(opening: &Opening, folder: &Path) -> Opening {
-    Opening {
-        session: Some(folder.into()),
-        takes_more: true,
-        out: None,
-        against: None,
-        ..opening.clone()
+impl Companion for Phone {
+    fn onlookers(&self) -> Onlookers {
+        vec![Arc::clone(&self.hub) as _]
+    }
+
+    fn opening(&self) {
+        self.hub.show(Stage::Starting);
+    }
+
+    fn opens(&self, run: &Run) {
+        self.hub.opens(run.open.truth.is_some(), run.board_in_words());
+    }
+
+    fn ending(&self) {
+        self.hub.show(Stage::Ending);
+    }
+
+    fn ended(&self, session: &Session, concluded: &Concluded, can_go_on: bool) {
+        let page = ended_page(session, concluded, &concluded.path, self.can_restart);
+        self.hub.show(Stage::Ended(Arc::new(EndedPage { can_go_on, ..page })));
+    }
+
+    fn rig_opens(&self, run: &RigRun) {
+        self.hub.opens(run.is_simulated(), run.board_in_words());
+    }
+
+    fn rig_news(&self, news: &RigNews<'_>, names: &[String], hand: &RigHand) {
+        self.lead(news, names, hand);
+    }
+
+    fn rig_ended(&self, ended: &RigEnded, folder: &Path) {
+        let page = EndedPage::of_rig(ended.file.as_ref(), ended.grade, led::files(folder));
+        self.hub.show(Stage::Ended(page.into()));
     }
 }
 

@@ -44,6 +44,11 @@ impl LiveFeed {
         self.accepted.try_recv().ok()
     }
 
+    /// Snapshots alone: pictures are then kept for nobody.
+    pub fn into_snapshots(self) -> LatestReceiver<Snapshot> {
+        self.snapshots
+    }
+
     /// True if the session thread has ended and every snapshot has been read from the feed.
     pub fn has_ended(&self) -> bool {
         self.snapshots.is_closed()
@@ -53,13 +58,15 @@ impl LiveFeed {
 /// The pipeline's ends of a feed.
 pub(super) struct FeedSenders {
     pub(super) frames: LatestSender<Arc<Frame>>,
+    pub(super) snapshots: LatestSender<Snapshot>,
     pub(super) accepted: Sender<AcceptedPicture>,
 }
 
-/// Links of a feed: the pipeline's ends, and a function to make the feed from the snapshots.
-pub(super) fn feed_links() -> (FeedSenders, impl FnOnce(LatestReceiver<Snapshot>) -> LiveFeed) {
+/// Both ends of a feed.
+pub(super) fn feed_links() -> (FeedSenders, LiveFeed) {
     let (frames, frames_out) = latest();
+    let (snapshots, snapshots_out) = latest();
     let (accepted, accepted_out) = bounded(ACCEPTED_CAPACITY);
-    let feed = |snapshots| LiveFeed { frames: frames_out, snapshots, accepted: accepted_out };
-    (FeedSenders { frames, accepted }, feed)
+    let feed = LiveFeed { frames: frames_out, snapshots: snapshots_out, accepted: accepted_out };
+    (FeedSenders { frames, snapshots, accepted }, feed)
 }

@@ -13,8 +13,8 @@ use super::{
     detector_stage::{BoardFinder, DetectorStage, default_finder},
     error::PipelineError,
     judged_gate::JudgedGate,
-    latest::{LatestReceiver, latest},
-    live_feed::{AcceptedPicture, FeedSenders, LiveFeed, feed_links},
+    latest::latest,
+    live_feed::{FeedSenders, LiveFeed, feed_links},
     onlooker::{CommandLink, Onlookers},
     rest::Rest,
     session_stage::{OnFrame, Recorder, run_session},
@@ -22,8 +22,8 @@ use super::{
 };
 use crate::recording::{RecordingError, SessionFolder};
 use boresight_capture::FrameSource;
-use boresight_geometry::{device::Control, frame::Frame};
-use boresight_guide::session::{Command, Input, Session, Snapshot};
+use boresight_geometry::device::Control;
+use boresight_guide::session::{Command, Input, Session};
 
 /// Capacity of the session's inbox: small, so a slow session holds back the detector and old frames
 /// are replaced upstream.
@@ -50,6 +50,26 @@ pub struct Setup {
     pub record_stream: bool,
     /// Called with every judged frame, on the session thread.
     pub on_frame: OnFrame,
+    /// Onlookers, who may also command the session.
+    pub onlookers: Onlookers,
+    /// Search for the board.
+    pub finder: Box<dyn BoardFinder>,
+}
+
+impl Setup {
+    /// Parts of a session that records nothing and is watched by nobody.
+    pub fn new(source: Box<dyn FrameSource>, session: Session) -> Self {
+        Self {
+            lossless: source.waits(),
+            source,
+            session,
+            folder: None,
+            record_stream: false,
+            on_frame: Box::new(|_| ()),
+            onlookers: Onlookers::new(),
+            finder: default_finder(),
+        }
+    }
 }
 
 /// Result of a session run.
@@ -77,140 +97,43 @@ struct Workers {
     session: Worker<Result<Session, RecordingError>>,
 }
 
-/// Listeners to frames and views while the threads run.
-struct Listeners<W, C, A> {
-    /// Called after each new snapshot.
-    wake: W,
-    /// Called with each frame before the detector's search.
-    on_captured: C,
-    /// Called with the picture of each accepted view.
-    on_accepted: A,
-}
-
 impl Pipeline {
-    /// Starts the threads. `wake` is called after each new snapshot.
+    /// Starts the threads. `wake` is called after each new frame and snapshot in the feed.
     ///
     /// # Errors
     ///
     /// [`PipelineError::Spawn`].
     pub fn start(
         setup: Setup,
-        wake: impl Fn() + Send + 'static,
-    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
-        Self::start_before(setup, &Vec::new(), wake)
-    }
-
-    /// Starts like [`Pipeline::start`], with `onlookers`.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Spawn`].
-    pub fn start_before(
-        setup: Setup,
-        onlookers: &Onlookers,
-        wake: impl Fn() + Send + 'static,
-    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
-        let listeners = Listeners { wake, on_captured: |_: &_| (), on_accepted: |_| () };
-        Self::start_with(setup, default_finder(), onlookers, listeners)
-    }
-
-    /// Starts the threads with a feed for a window, to show each frame before the detector's
-    /// search. `wake` is called after each new frame and snapshot.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Spawn`].
-    pub fn start_with_feed(
-        setup: Setup,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<(Self, LiveFeed), PipelineError> {
-        Self::start_with_feed_and_finder(setup, default_finder(), wake)
-    }
-
-    /// Starts like [`Pipeline::start_with_feed`], with `onlookers`.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Spawn`].
-    pub fn start_with_feed_before(
-        setup: Setup,
-        onlookers: &Onlookers,
-        wake: impl Fn() + Send + Sync + 'static,
-    ) -> Result<(Self, LiveFeed), PipelineError> {
-        Self::start_feeding(setup, default_finder(), onlookers, wake)
-    }
-
-    /// Starts like [`Pipeline::start_with_feed`], with `finder` in the detector's place.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Spawn`].
-    pub fn start_with_feed_and_finder(
-        setup: Setup,
-        finder: Box<dyn BoardFinder>,
-        wake: impl Fn() + Send + Sync + 'static,
-    ) -> Result<(Self, LiveFeed), PipelineError> {
-        Self::start_feeding(setup, finder, &Vec::new(), wake)
-    }
-
-    fn start_feeding(
-        setup: Setup,
-        finder: Box<dyn BoardFinder>,
-        onlookers: &Onlookers,
-        wake: impl Fn() + Send + Sync + 'static,
-    ) -> Result<(Self, LiveFeed), PipelineError> {
+        let Setup { source, session, folder, lossless, record_stream, on_frame, onlookers, finder } =
+            setup;
         let wake = Arc::new(wake);
-        let (FeedSenders { frames, accepted }, feed) = feed_links();
-        let listeners = Listeners {
-            wake: {
-                let wake = Arc::clone(&wake);
-                move || wake()
-            },
-            on_captured: move |frame: &Arc<Frame>| {
-                if frames.publish(Arc::clone(frame)).is_ok() {
-                    wake();
-                }
-            },
-            // A window that doesn't read misses thumbnails, nothing else.
-            on_accepted: move |picture| drop(accepted.try_send(picture)),
-        };
-        let (pipeline, snapshots) = Self::start_with(setup, finder, onlookers, listeners)?;
-        Ok((pipeline, feed(snapshots)))
-    }
-
-    fn start_with(
-        setup: Setup,
-        finder: Box<dyn BoardFinder>,
-        onlookers: &Onlookers,
-        listeners: Listeners<
-            impl Fn() + Send + 'static,
-            impl Fn(&Arc<Frame>) + Send + 'static,
-            impl Fn(AcceptedPicture) + Send + 'static,
-        >,
-    ) -> Result<(Self, LatestReceiver<Snapshot>), PipelineError> {
-        let Setup { source, session, folder, lossless, record_stream, on_frame } = setup;
-        let Listeners { wake, on_captured, on_accepted } = listeners;
+        let (FeedSenders { frames, snapshots, accepted }, feed) = feed_links();
         let gate = Arc::new(JudgedGate::default());
         let rest = Arc::new(Rest::default());
         let stop = Arc::new(AtomicBool::new(false));
         let replaced = Arc::new(AtomicU64::new(0));
         let (frames_in, frames_out) = latest();
-        let (snapshots_in, snapshots_out) = latest();
         let (inbox, inbox_out) = bounded(INBOX_CAPACITY);
         let (control_requests, control_requests_out) = bounded(CONTROL_REQUESTS_CAPACITY);
         // Pictures on their way to the recorder: as many as there can be observations on their way.
         let (pictures, pictures_out) = bounded(FRAMES_KEPT);
-        for onlooker in onlookers {
+        for onlooker in &onlookers {
             onlooker.began(CommandLink::new(inbox.clone()));
         }
 
         let capture = Worker::spawn("capture", inbox.clone(), {
             let (stop, inbox, gate) = (Arc::clone(&stop), inbox.clone(), Arc::clone(&gate));
-            let onlookers = onlookers.clone();
+            let (onlookers, wake) = (onlookers.clone(), Arc::clone(&wake));
             move || {
                 let mut published = 0;
                 capture(source, &stop, &inbox, &control_requests_out, |frame| {
-                    on_captured(&frame);
+                    // Shown before the search.
+                    if frames.publish(Arc::clone(&frame)).is_ok() {
+                        wake();
+                    }
                     for onlooker in &onlookers {
                         onlooker.captured(&frame);
                     }
@@ -241,12 +164,13 @@ impl Pipeline {
                 });
             }
         })?;
-        let (onlookers, rests) = (onlookers.clone(), Arc::clone(&rest));
+        let rests = Arc::clone(&rest);
         let session = Worker::spawn("session", inbox.clone(), move || {
             let recorder = Recorder::new(folder, record_stream, pictures_out);
-            run_session(session, recorder, &inbox_out, on_frame, |snapshot, accepted| {
-                if let Some(picture) = accepted {
-                    on_accepted(picture);
+            run_session(session, recorder, &inbox_out, on_frame, |snapshot, picture| {
+                if let Some(picture) = picture {
+                    // A window that doesn't read misses thumbnails, nothing else.
+                    accepted.try_send(picture).ok();
                 }
                 for onlooker in &onlookers {
                     onlooker.decided(&snapshot);
@@ -257,13 +181,13 @@ impl Pipeline {
                 // The end of a session ends a pause: the last frames are still searched.
                 let is_over = snapshot.source_ended || !snapshot.failures.is_empty();
                 rests.set(snapshot.paused && !is_over);
-                if snapshots_in.publish(snapshot).is_ok() {
+                if snapshots.publish(snapshot).is_ok() {
                     wake();
                 }
             })
         })?;
         let workers = Some(Workers { capture, detector, session });
-        Ok((Self { stop, inbox, control_requests, replaced, rest, workers }, snapshots_out))
+        Ok((Self { stop, inbox, control_requests, replaced, rest, workers }, feed))
     }
 
     /// Hands a command to the session without waiting.

@@ -5,7 +5,7 @@ use egui::{
     vec2,
 };
 
-use boresight_app::window::host::{AppHost, PhoneLink};
+use boresight_app::window::services::{PhoneLink, Services};
 use boresight_present::text::phone as words;
 
 /// Side of a module.
@@ -24,15 +24,15 @@ pub(super) struct PhoneCard {
 }
 
 impl PhoneCard {
-    pub(super) fn of(host: &dyn AppHost) -> Self {
-        let link = host.phone();
+    pub(super) fn of(services: &dyn Services) -> Self {
+        let link = services.phone();
         Self { open: link.is_some(), link, came: false, phones: 0 }
     }
 
     /// Notes phones: the link of a connected phone is used up, and the card shows the next link.
-    pub(super) fn notice(&mut self, host: &dyn AppHost, phones: usize) {
+    pub(super) fn notice(&mut self, services: &dyn Services, phones: usize) {
         if phones != self.phones {
-            (self.phones, self.link) = (phones, host.phone());
+            (self.phones, self.link) = (phones, services.phone());
         }
     }
 

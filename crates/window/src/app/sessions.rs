@@ -14,8 +14,8 @@ use super::{
 use boresight_app::{
     explain::UserError,
     window::{
-        host::{Ended, SessionRequest, Storing},
         recordings::{Dropped, StoredSession},
+        services::{Ended, SessionRequest, Storing},
     },
 };
 use boresight_guide::session::Command;
@@ -37,14 +37,14 @@ impl App {
             return;
         }
         self.result = result::ResultPage::default();
-        let storing = self.host.stored(&folder, Arc::clone(&self.wake));
+        let storing = self.services.stored(&folder, Arc::clone(&self.wake));
         self.store(folder, storing, words::OPENING);
     }
 
     /// Starts carrying out `command` on the ended session in `folder`, and shows its new result.
     pub(super) fn correct(&mut self, folder: PathBuf, command: Command) {
         if self.storing.is_none() {
-            let storing = self.host.correct(&folder, command, Arc::clone(&self.wake));
+            let storing = self.services.correct(&folder, command, Arc::clone(&self.wake));
             self.store(folder, storing, words::CORRECTING);
         }
     }
@@ -104,7 +104,7 @@ impl App {
             self.wish.source = RECORDED.into();
         }
         let ended = Ended { folder, files, compared: None, trouble: None };
-        self.result.begin(&ended, self.host.older(&ended.folder));
+        self.result.begin(&ended, self.services.older(&ended.folder));
         (self.exported, self.note, self.page) = (None, None, Page::Result);
         self.stage = SessionState::Ended(ended);
         if let Some(old) = self.compare_later.take() {
@@ -128,7 +128,7 @@ impl App {
     }
 
     pub(super) fn export_of(&mut self, folder: &Path, format: usize) {
-        self.note = Some(match self.host.export(folder, format) {
+        self.note = Some(match self.services.export(folder, format) {
             Ok(file) => boresight_present::text::result::written(&file),
             Err(trouble) => trouble.what,
         });
@@ -140,7 +140,7 @@ impl App {
             self.note = Some(words::RUNS.into());
             return;
         }
-        self.note = Some(match self.host.delete(folder) {
+        self.note = Some(match self.services.delete(folder) {
             Ok(()) => words::deleted(folder),
             Err(trouble) => trouble.what,
         });
@@ -153,12 +153,12 @@ impl App {
                 ..Screen::default()
             };
         }
-        self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+        self.shelf.browse(&*self.services, Arc::clone(&self.wake));
     }
 
     /// Handles a dropped file or folder.
     pub(super) fn dropped(&mut self, path: &Path) {
-        match self.host.dropped(path) {
+        match self.services.dropped(path) {
             Dropped::Session => self.show_stored(path.to_path_buf()),
             Dropped::Source if self.has_session() => self.note = Some(words::FINISH_FIRST.into()),
             Dropped::Source => {

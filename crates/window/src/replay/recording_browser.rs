@@ -11,8 +11,8 @@ use super::{
 use boresight_app::{
     explain::UserError,
     window::{
-        host::{AppHost, Loading, SmallPictures, Wake},
         recordings::{DecidedRecording, folders_in},
+        services::{Loading, Services, SmallPictures, Wake},
     },
 };
 use boresight_present::text::replay as words;
@@ -32,12 +32,12 @@ impl RecordingBrowser {
     }
 
     /// Lists the recordings to choose from.
-    pub(in super::super) fn browse(&mut self, host: &dyn AppHost, wake: Wake) {
-        self.picker.recordings = host.recordings();
-        self.picker.formats = [false, true].map(|is_rig| host.formats(is_rig));
+    pub(in super::super) fn browse(&mut self, services: &dyn Services, wake: Wake) {
+        self.picker.recordings = services.recordings();
+        self.picker.formats = [false, true].map(|is_rig| services.formats(is_rig));
         let folders = self.picker.recordings.iter().map(|recording| recording.folder.clone());
         let unseen = folders.filter(|folder| !self.picker.pictures.contains_key(folder)).collect();
-        self.pictures = host.small_pictures(unseen, wake);
+        self.pictures = services.small_pictures(unseen, wake);
     }
 
     /// Lists the folders in `folder` beside the recordings.
@@ -57,13 +57,18 @@ impl RecordingBrowser {
     }
 
     /// Starts opening the recording in `folder`, unless another recording is being opened.
-    pub(in super::super) fn open(&mut self, host: &mut dyn AppHost, folder: &Path, wake: Wake) {
+    pub(in super::super) fn open(
+        &mut self,
+        services: &mut dyn Services,
+        folder: &Path,
+        wake: Wake,
+    ) {
         if self.loading.is_some() {
             return;
         }
         self.close();
         self.picker.path = folder.display().to_string();
-        match host.replay(folder, wake) {
+        match services.replay(folder, wake) {
             Ok(loading) => {
                 self.picker.opening = Some(folder.to_path_buf());
                 self.picker.trouble = None;

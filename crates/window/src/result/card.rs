@@ -19,7 +19,7 @@ use super::{
     Context, error_lines,
     result_page::ResultPage,
 };
-use boresight_app::window::host::Ended;
+use boresight_app::window::services::Ended;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
     cause_picture::CausePicture,

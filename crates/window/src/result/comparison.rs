@@ -9,7 +9,7 @@ use super::error_lines::error_lines;
 use boresight_app::{
     explain::UserError,
     session::comparison::Compared,
-    window::host::{AppHost, Comparing, Wake},
+    window::services::{Comparing, Services, Wake},
 };
 use boresight_calibrate::DriftVerdict;
 use boresight_present::text::{self, result as words};
@@ -52,7 +52,7 @@ impl Comparison {
     /// is under way.
     pub(in super::super) fn begin(
         &mut self,
-        host: &mut dyn AppHost,
+        services: &mut dyn Services,
         (folder, old): (&Path, &Path),
         wake: Wake,
     ) {
@@ -60,7 +60,7 @@ impl Comparison {
             return;
         }
         self.path = old.display().to_string();
-        self.outcome = match host.compare(folder, old, wake) {
+        self.outcome = match services.compare(folder, old, wake) {
             Ok(comparing) => Outcome::Working(comparing),
             Err(trouble) => Outcome::Done(Err(trouble)),
         };

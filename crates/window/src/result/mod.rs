@@ -27,7 +27,7 @@ use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 use error_lines::error_lines;
 
 use super::{keys::UiAction, screen::Screen, theme};
-use boresight_app::{explain::UserError, window::host::Ended};
+use boresight_app::{explain::UserError, window::services::Ended};
 use boresight_present::{result_card::ResultCard, text::window as words};
 
 /// Inputs of the page in addition to the screen.

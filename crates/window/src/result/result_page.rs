@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::comparison::{Comparison, Outcome};
-use boresight_app::window::host::Ended;
+use boresight_app::window::services::Ended;
 use boresight_guide::session::ViewNumber;
 use boresight_present::text::charts::Chart;
 

@@ -1,4 +1,4 @@
-use boresight_app::window::host::Ended;
+use boresight_app::window::services::Ended;
 
 /// State of a session, on the result page.
 #[derive(Clone, Copy, Debug)]

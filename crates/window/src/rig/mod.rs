@@ -27,7 +27,7 @@ use boresight_app::{
         rig_result::RigEnded,
         rig_run::{RigHand, RigLink, RigNews},
     },
-    window::host::RigOpened,
+    window::services::RigOpened,
 };
 use boresight_geometry::frame::Frame;
 use boresight_guide::{rig::RigPrompt, session::Snapshot};

@@ -9,7 +9,7 @@ use super::{
     super::{keys::UiAction, theme},
     start_page::{Choices, StartPage},
 };
-use boresight_app::window::host::CameraView;
+use boresight_app::window::services::CameraView;
 use boresight_present::text::{Act, start as words};
 
 /// Height of a picture as a share of the width.

@@ -9,7 +9,7 @@ use super::{
     super::{aloud, keys::UiAction, rig::arranged, screen::FACES, theme},
     start_page::{Choices, StartPage},
 };
-use boresight_app::window::host::CameraView;
+use boresight_app::window::services::CameraView;
 use boresight_geometry::frame::ImageSize;
 use boresight_present::text::start as words;
 

@@ -7,7 +7,7 @@ use boresight_app::{
     BoardFromCode,
     explain::UserError,
     session::rig_run::MOST_CAMERAS,
-    window::host::{
+    window::services::{
         CameraView, OtherKind, PrintedBoard, RigRequest, SeenCode, SessionRequest, is_camera_name,
     },
 };

@@ -1,13 +1,10 @@
 //! A temporary session taken from a recorded bag.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::atomic::AtomicBool,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use boresight_app::{Announcer, Opening};
+use boresight_app::{Host, Opening};
 use boresight_files::Scratch;
 use boresight_run::config::Config;
 
@@ -30,16 +27,16 @@ impl TakenSession {
         settings: &[String],
     ) -> anyhow::Result<(Self, Option<String>)> {
         let folder = Scratch::new()?;
-        let silent = Announcer::silent();
+        let host = Host::silent();
         let source = path.to_str().context("its name isn't UTF-8")?;
         let session = folder.path().join("session");
         let opening = Opening {
             out: Some(session.clone()),
             ..Opening::new(source, Config::load(None, settings)?)
         };
-        let finished = opening.open(&silent)?.carry_out(&AtomicBool::new(false), &silent)?;
+        let finished = host.finish(host.open(&opening)?)?;
         let broken = finished.session.failures().first().map(|(_, how)| how.clone());
-        finished.conclude(&silent)?;
+        host.conclude(Ok(finished))?;
         Ok((Self { path: session, _folder: folder }, broken))
     }
 

@@ -4,65 +4,53 @@ use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex, PoisonError},
 };
 
 use image::GrayImage;
 
 use crate::screen::FACES;
 #[cfg(feature = "serve")]
-use boresight_app::window::host::PhoneLink;
+use boresight_app::window::services::PhoneLink;
 use boresight_app::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice,
+    Announcer, Exit, Host, Opening, REPORT_FILE, RESULT_FILE, Voice,
     explain::{UserError, user_error},
     session::{
         camera, comparison, export,
+        host::Started,
         opening::new_session_path,
-        rig_guide::guide_rig,
         rig_run::{RigHand, RigNews, RigOpening, RigRun},
-        run::{Concluded, FinishedRun, announcing},
+        run::{Concluded, FinishedRun},
     },
     window::{
         desktop,
-        host::{
-            AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
-            RigOpened, RigRequest, SeenBoard, SeenCode, SessionRequest, SmallPictures, Storing,
-            Wake,
-        },
         lookout::{Connected, Lookout, whole_board},
         memory, printed_board,
         recordings::{self, Dropped, Recording},
+        services::{
+            CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, RigOpened,
+            RigRequest, SeenBoard, SeenCode, Services, SessionRequest, SmallPictures, Storing,
+            Wake,
+        },
     },
 };
 use boresight_capture::{is_address, without_secrets};
-use boresight_formats::CalibrationFile;
 use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
 use boresight_guide::session;
 #[cfg(feature = "serve")]
-use boresight_phone::QrCode;
+use boresight_phone::{QrCode, session_page::Phone};
 use boresight_present::text;
 #[cfg(feature = "serve")]
 use boresight_run::pipeline::Onlooker;
-use boresight_run::{
-    config::Config,
-    pipeline::{Background, Onlookers, Paced, Pipeline},
-    recording::RigSessionCamera,
-};
-
-/// Callback for each session's folder and result.
-pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
+use boresight_run::{config::Config, pipeline::Background, recording::RigSessionCamera};
+use boresight_terminal::print;
 
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
-pub struct WindowHost {
+pub struct ProgramServices {
     opening: Opening,
-    /// True if waiting sources run at the recorded rate.
-    paced: bool,
-    stop: Arc<AtomicBool>,
-    announcer: Announcer,
-    on_result: OnResult,
+    host: Host,
+    /// True to print each result on stdout.
+    as_json: bool,
     session_folders: BTreeSet<PathBuf>,
     exit: Arc<Mutex<Exit>>,
     /// True if the first session starts without asking.
@@ -79,17 +67,15 @@ pub struct WindowHost {
     /// Folder named by the person for the first session.
     named: Option<PathBuf>,
     voice: Voice,
-    /// Onlookers at every session beside the window.
-    watching: Onlookers,
     /// True to speak from the beginning.
     speaks: bool,
     /// True if the person faces the camera; `None` for what is remembered.
     faces: Option<bool>,
     #[cfg(feature = "serve")]
-    phone: Option<Arc<boresight_phone::session_page::Phone>>,
+    phone: Option<Arc<Phone>>,
 }
 
-impl AppHost for WindowHost {
+impl Services for ProgramServices {
     fn first_wish(&self) -> SessionRequest {
         let config = &self.opening.config;
         let BoardChoice { columns, rows, pattern } = config.board.choice();
@@ -213,7 +199,7 @@ impl AppHost for WindowHost {
     }
 
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
-        export::beside(folder, format, &self.announcer).map_err(|err| user_error(&err))
+        export::beside(folder, format, self.host.announcer()).map_err(|err| user_error(&err))
     }
 
     fn older(&self, folder: &Path) -> Vec<PathBuf> {
@@ -222,7 +208,7 @@ impl AppHost for WindowHost {
 
     fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError> {
         let (folder, old) = (folder.to_path_buf(), old.to_path_buf());
-        let announcer = self.announcer.clone();
+        let announcer = self.host.announcer().clone();
         let work = move || {
             let compared =
                 comparison::of_folder(&folder, &old, &announcer).map_err(|err| user_error(&err));
@@ -315,7 +301,7 @@ impl AppHost for WindowHost {
     }
 
     fn interrupted(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.host.is_stopped()
     }
 
     fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
@@ -354,25 +340,16 @@ impl AppHost for WindowHost {
     }
 }
 
-impl WindowHost {
-    /// Host of a window with `opening` as the first session. `stop` ends the whole program. With
-    /// `paced`, a simulated or recorded source runs in real time, as a person needs; without, as
-    /// fast as the machine can.
-    pub fn new(
-        opening: Opening,
-        paced: bool,
-        stop: Arc<AtomicBool>,
-        announcer: Announcer,
-        on_result: OnResult,
-    ) -> Self {
+impl ProgramServices {
+    /// Window with `opening` as the first session, and `host` for every session.
+    pub fn new(opening: Opening, host: Host) -> Self {
         let path = new_session_path();
         let sessions = path.parent().unwrap_or(Path::new("."));
+        let voice = Voice::new();
         Self {
             opening,
-            paced,
-            stop,
-            announcer,
-            on_result,
+            host: host.beside(voice.companion()),
+            as_json: false,
             session_folders: BTreeSet::from([sessions.into()]),
             exit: Arc::new(Mutex::new(Exit::Good)),
             at_once: true,
@@ -382,8 +359,7 @@ impl WindowHost {
             board_id: printed_board::new_id(),
             code: None,
             named: None,
-            voice: Voice::new(),
-            watching: Onlookers::new(),
+            voice,
             speaks: false,
             faces: None,
             #[cfg(feature = "serve")]
@@ -394,21 +370,18 @@ impl WindowHost {
     /// Shows every session on the phone's page, too.
     #[cfg(feature = "serve")]
     #[must_use]
-    pub fn with_phone(self, phone: Option<boresight_phone::session_page::Phone>) -> Self {
-        Self { phone: phone.map(Arc::new), ..self }
+    pub fn with_phone(mut self, phone: Option<Phone>) -> Self {
+        self.phone = phone.map(Arc::new);
+        if let Some(phone) = &self.phone {
+            self.host = self.host.beside(Arc::clone(phone) as _);
+        }
+        self
     }
 
-    fn onlookers(&self) -> Onlookers {
-        let all = std::iter::once(self.voice.onlooker()).chain(self.watching.iter().cloned());
-        #[cfg(feature = "serve")]
-        let all = all.chain(self.phone.iter().map(|phone| Arc::clone(phone.hub()) as _));
-        all.collect()
-    }
-
-    /// Adds onlookers at every session.
+    /// Prints each result on stdout, if `as_json`.
     #[must_use]
-    pub fn watched_by(self, watching: Onlookers) -> Self {
-        Self { watching, ..self }
+    pub fn printing(self, as_json: bool) -> Self {
+        Self { as_json, ..self }
     }
 
     /// Keeps choices in the file at `path`.
@@ -430,11 +403,14 @@ impl WindowHost {
         Self { faces, ..self }
     }
 
-    /// Announcer with left and right as in the window.
-    fn announcer(&self) -> Announcer {
-        let announcer = self.announcer.clone();
+    /// Host with left and right as in the window.
+    fn session_host(&self) -> Host {
         let faces = self.remembered().mirrored.unwrap_or(FACES);
-        if faces { announcer } else { announcer.from_behind() }
+        if faces { self.host.clone() } else { self.host_from_behind() }
+    }
+
+    fn host_from_behind(&self) -> Host {
+        self.host.announced_by(self.host.announcer().clone().from_behind())
     }
 
     /// Asks about the first session instead of a start.
@@ -514,23 +490,22 @@ impl WindowHost {
             (RigSessionCamera { name: name.clone(), known_lens: None }, opening)
         };
         // The rig's pictures aren't mirrored.
-        let announcer = self.announcer.clone().from_behind();
+        let host = self.host_from_behind();
+        let announcer = host.announcer();
         let run = match &wish.go_on_with {
-            Some(folder) => RigRun::resume(folder, &self.opening, |_| None, &announcer)?,
+            Some(folder) => RigRun::resume(folder, &self.opening, |_| None, announcer)?,
             None => RigOpening {
                 cameras: cameras.iter().map(of).collect(),
                 is_synchronised: false,
                 out: self.folder_for(wish),
             }
-            .open(&announcer)?,
+            .open(announcer)?,
         };
         self.note_sessions(run.folder());
         let (names, hand) = (run.names(), RigHand::new(Arc::default()));
         let (exit, orders) = (Arc::clone(&self.exit), hand.clone());
-        let speak = self.voice.requests();
         let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
-            let speak = |sentence: &str| speak(sentence, sentence);
-            let ended = guide_rig(run, &orders, &announcer, speak, show);
+            let ended = host.rig(run, &orders, show);
             let code = ended.as_ref().map_or(Exit::Failed, |ended| ended.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
             ended
@@ -559,12 +534,8 @@ impl WindowHost {
             ..self.opening
         };
         let asks_square = opening.board_code.has_square();
-        let announcer = self.announcer();
-        let mut run = opening.open(&announcer)?;
-        #[cfg(feature = "serve")]
-        if let Some(phone) = &self.phone {
-            phone.opens(&run);
-        }
+        let host = self.session_host();
+        let mut run = host.open(&opening)?;
         if opening.out.is_some() && opening.out == self.opening.out {
             self.named = self.opening.out.take();
         }
@@ -577,17 +548,10 @@ impl WindowHost {
             _ => Some(run.board_in_words()),
         });
         let source = run.open.source.identity().name;
-        let (mut setup, context) = run.setup(&announcer)?;
-        let adjustables = setup.source.adjustables();
-        if setup.lossless && self.paced {
-            setup.source = Box::new(Paced::new(setup.source));
-        }
-        let folder = context.path.clone();
+        let folder = run.folder.path().to_path_buf();
         self.note_sessions(&folder);
-        let mut onlookers = self.onlookers();
-        onlookers.push(announcing(&announcer));
-        let (pipeline, showing) =
-            Pipeline::start_with_feed_before(setup, &onlookers, move || wake())?;
+        let Started { pipeline, feed: showing, adjustables, context } =
+            host.start(run, move || wake())?;
         let concluding = self.concluding();
         let conclude = Box::new(move |finished| {
             let folder = context.path.clone();
@@ -600,27 +564,13 @@ impl WindowHost {
     fn concluding(
         &self,
     ) -> impl FnOnce(anyhow::Result<FinishedRun>, &Path) -> Ended + Send + 'static {
-        let announcer = self.announcer();
-        let exit = Arc::clone(&self.exit);
-        let on_result = Arc::clone(&self.on_result);
-        #[cfg(feature = "serve")]
-        let phone = self.phone.clone();
+        let host = self.session_host();
+        let (exit, as_json) = (Arc::clone(&self.exit), self.as_json);
         move |run, folder| {
-            #[cfg(feature = "serve")]
-            let session = run.as_ref().ok().map(|run| run.session.clone());
-            #[cfg(feature = "serve")]
-            if let Some(phone) = &phone {
-                phone.ending();
-            }
             // The window says why there is no view, and its folder may be binned.
-            let outcome = run.and_then(|run| match run.session.accepted() {
-                [] => run.conclude(&Announcer::silent()),
-                _ => run.conclude(&announcer),
-            });
-            #[cfg(feature = "serve")]
-            if let (Some(phone), Some(session), Ok(concluded)) = (&phone, &session, &outcome) {
-                phone.ended(session, concluded, folder);
-            }
+            let is_empty = run.as_ref().is_ok_and(|run| run.session.accepted().is_empty());
+            let host = if is_empty { host.announced_by(Announcer::silent()) } else { host };
+            let outcome = host.conclude(run);
             let code = outcome.as_ref().map_or(Exit::Failed, |concluded| concluded.exit);
             *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
             let files = [folder.join(REPORT_FILE), folder.join(RESULT_FILE)]
@@ -629,7 +579,10 @@ impl WindowHost {
                 .collect();
             let (compared, trouble) = match outcome {
                 Ok(Concluded { result, compared, .. }) => {
-                    on_result(folder, &result);
+                    if as_json {
+                        // An unprintable result is in the session's folder all the same.
+                        let _ = result.to_json().map(|json| print(&json.to_string()));
+                    }
                     (compared, None)
                 }
                 Err(err) => (None, Some(user_error(&err))),
@@ -652,9 +605,7 @@ mod tests {
         let out = place.path().join("named");
         let config = Config::load(None, &[]).expect("settings");
         let opening = Opening { out: Some(out.clone()), ..Opening::new("sim", config) };
-        let stop = Arc::new(AtomicBool::new(false));
-        let mut host =
-            WindowHost::new(opening, false, stop, Announcer::silent(), Arc::new(|_, _| ()));
+        let mut host = ProgramServices::new(opening, Host::silent());
         let wish = |go_on_with| SessionRequest {
             source: "sim".into(),
             mode: String::new(),

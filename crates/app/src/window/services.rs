@@ -41,8 +41,8 @@ pub fn is_camera_name(source: &str) -> bool {
     camera::is_name(source)
 }
 
-/// Program around the window. A host without a start page can leave out the methods for it.
-pub trait AppHost {
+/// Services of the program for the window. Without a start page, its methods can be left out.
+pub trait Services {
     /// Camera, board and plan of the first session.
     fn first_wish(&self) -> SessionRequest;
 
@@ -84,7 +84,7 @@ pub trait AppHost {
         None
     }
 
-    /// Closes the previews of [`AppHost::cameras`].
+    /// Closes the previews of [`Services::cameras`].
     fn stop_looking(&mut self) {}
 
     /// Names of the papers for printing.
