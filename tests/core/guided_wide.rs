@@ -8,12 +8,10 @@ use boresight::{
     ghost::Card,
     guidance::Progress,
 };
+use boresight_testkit::error_px;
 use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 
-use crate::{
-    wide_lenses::error_px,
-    world::{SIZE, World, guided_in},
-};
+use crate::world::{SIZE, World, guided_in};
 
 /// A fisheye lens with `field_deg` across the picture, the axis off the picture's middle.
 fn fisheye(field_deg: f64, seed: u64) -> Camera {

@@ -117,7 +117,7 @@ fn checkout() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Sources of the program: the lab and the kernel's bindings aren't part of it.
+/// Sources of the program: the lab, the tests' kit and the kernel's bindings aren't part of it.
 fn sources() -> Vec<Source> {
     let mut found = Vec::new();
     let mut open = vec![checkout().join("src")];
@@ -135,6 +135,7 @@ fn sources() -> Vec<Source> {
                 let text = code_of(&fs::read_to_string(&path).expect("readable"));
                 let path = path.strip_prefix(checkout()).expect("below").to_path_buf();
                 let is_left_out = path.starts_with("crates/v4l2-sys")
+                    || path.starts_with("crates/testkit")
                     || path.file_name().is_some_and(|name| name == "tests.rs");
                 if !is_left_out {
                     found.push(Source { path, text });

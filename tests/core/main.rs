@@ -3,11 +3,6 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
-mod reference;
-mod trust;
-#[path = "../common/world.rs"]
-mod world;
-
 mod acceptance;
 mod aprilgrid;
 mod bad_calibrations;
@@ -60,7 +55,4 @@ mod verdict_monte_carlo;
 mod wide_lenses;
 mod words;
 
-/// A number from the environment, for longer tests that measure.
-fn asked_for(name: &str) -> Option<u64> {
-    std::env::var(name).ok()?.parse().ok()
-}
+use boresight_testkit::{asked_for, reference, trust, world};

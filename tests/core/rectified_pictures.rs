@@ -6,12 +6,11 @@ use boresight::{
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
 };
+use boresight_testkit::error_px;
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-
-use crate::wide_lenses::error_px;
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 960 };
 /// Maximum displacement of an edge by interpolation between pixels, by distance from a whole pixel:

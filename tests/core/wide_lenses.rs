@@ -8,13 +8,11 @@ use boresight::{
     },
     frame::ImageSize,
     geometry::{
-        Camera, Corner, Distortion, Homography, LensKind, PrincipalLine, cell_centres_px, fit_pose,
-        mean_px,
+        Camera, Corner, Distortion, Homography, LensKind, PrincipalLine, fit_pose, mean_px,
     },
 };
-use nalgebra::{
-    Isometry3, Matrix3, Point3, SMatrix, Translation3, UnitQuaternion, Vector2, Vector3,
-};
+use boresight_testkit::error_px;
+use nalgebra::{Isometry3, Point3, SMatrix, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -80,33 +78,6 @@ fn views(camera: &Camera, count: usize, seed: u64) -> Vec<Vec<Corner>> {
         views.extend(corners);
     }
     views
-}
-
-/// Root mean square distance of projection per coordinate over a picture of `image_size`, after the
-/// best rotation, in pixels.
-pub(crate) fn error_px(found: &Camera, truth: &Camera, image_size: ImageSize) -> f64 {
-    let rays: Vec<_> = cell_centres_px(image_size)
-        .filter_map(|px| Some((px, truth.ray_from_px(&px)?.normalize())))
-        .collect();
-    let mut turn = UnitQuaternion::identity();
-    for _ in 0..20 {
-        let (mut normal, mut pull) = (Matrix3::zeros(), Vector3::zeros());
-        for (px, ray) in &rays {
-            let Some(seen) = found.project_ray(&(turn * ray)) else { continue };
-            normal += seen.jac_rotation.transpose() * seen.jac_rotation;
-            pull += seen.jac_rotation.transpose() * (px - seen.px);
-        }
-        let step = normal.try_inverse().expect("a turn") * pull;
-        turn = UnitQuaternion::from_scaled_axis(step) * turn;
-    }
-    let squares: f64 = rays
-        .iter()
-        .map(|(px, ray)| {
-            let seen = found.project(&Point3::from(turn * ray)).expect("inside the field");
-            (seen - px).norm_squared()
-        })
-        .sum();
-    (squares / (2 * rays.len()) as f64).sqrt()
 }
 
 #[test]

@@ -9,8 +9,6 @@
 
 mod harness;
 mod mutator;
-#[path = "../common/world.rs"]
-mod world;
 
 mod bag;
 mod corners;
@@ -27,3 +25,5 @@ mod scene;
 mod settings;
 mod store;
 mod table;
+
+use boresight_testkit::world;

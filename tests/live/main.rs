@@ -5,10 +5,6 @@
 
 #[path = "../common/cameras.rs"]
 mod cameras;
-#[path = "../common/pictures.rs"]
-mod pictures;
-#[path = "../common/world.rs"]
-mod world;
 
 #[cfg(target_os = "linux")]
 mod camera_controls;
@@ -36,3 +32,5 @@ mod phone_rig;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;
+
+use boresight_testkit::{pictures, world};

@@ -3,10 +3,6 @@
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod person;
-#[path = "../common/pictures.rs"]
-mod pictures;
-#[path = "../common/world.rs"]
-mod world;
 
 #[cfg(unix)]
 mod automation;
@@ -46,3 +42,5 @@ mod target;
 #[cfg(unix)]
 mod trouble;
 mod watch;
+
+use boresight_testkit::{pictures, world};

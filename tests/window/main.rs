@@ -25,8 +25,6 @@ mod result_card;
 mod rig;
 mod screenshots;
 mod start_page;
-#[path = "../common/world.rs"]
-mod world;
 
 use std::path::Path;
 
@@ -54,6 +52,7 @@ use boresight::{
         user_error,
     },
 };
+use boresight_testkit::world::{self, SIZE};
 use egui::{
     Theme, Vec2,
     accesskit::{Live, Role},
@@ -65,7 +64,6 @@ use egui_kittest::{
 use fixtures::{Moment, moments};
 use image::GrayImage;
 use paint::Painter;
-use world::SIZE;
 
 /// Contents of a test's table.
 struct Table {

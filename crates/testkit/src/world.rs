@@ -4,12 +4,15 @@
 //! if the view is not taken. Corners beyond the picture's edge aren't seen; the others are, while
 //! the board is tracked from frame to frame.
 
-use boresight::{
+use boresight_calibrate::CalibrationParams;
+use boresight_detect::{Detection, Miss, Quality, Side};
+use boresight_geometry::{
+    Camera, Corner, Distortion,
     boards::Board,
-    calibration::CalibrationParams,
-    detection::{Detection, Miss, Quality, Side},
+    fit_pose,
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-    geometry::{Camera, Corner, Distortion, fit_pose},
+};
+use boresight_guide::{
     guidance::{GuidanceParams, Progress, Target},
     session::{Decision, Input, Observation, Outcome, Session, SessionSetup},
 };
@@ -18,20 +21,24 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, UnitSphere};
 
-pub(crate) const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+/// Size of every picture.
+pub const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 const NOISE_PX: f64 = 0.05;
 
 /// A camera, a board, and a person with unsteady hands.
-pub(crate) struct World {
-    pub(crate) camera: Camera,
-    pub(crate) board: Board,
-    pub(crate) noise_px: f64,
+pub struct World {
+    /// True camera.
+    pub camera: Camera,
+    /// The held board.
+    pub board: Board,
+    /// Standard deviation of a corner, per coordinate.
+    pub noise_px: f64,
     /// Height of the board's middle above the left and right end.
-    pub(crate) bent_by_m: f64,
+    pub bent_by_m: f64,
     /// Relative standard deviation of the focal length, drawn for each pose.
-    pub(crate) focus_sd: f64,
+    pub focus_sd: f64,
     /// Time from picture to picture.
-    pub(crate) step_nanos: u64,
+    pub step_nanos: u64,
     /// Mean of the focal length.
     still_f_px: Vector2<f64>,
     rng: ChaCha8Rng,
@@ -46,7 +53,8 @@ const NOT_FOLLOWED_NANOS: u64 = 120_000_000;
 const LEAST_SEEN: f64 = 0.4;
 
 impl World {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// World number `seed`: another camera for each, the same board.
+    pub fn new(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let k1 = rng.random_range(-0.35..0.1);
         let k2 = if k1 < 0.0 { -0.4 * k1 } else { 0.0 };
@@ -79,11 +87,7 @@ impl World {
     }
 
     /// Brings the board to the ghost, with the errors of a hand; `care` shrinks them.
-    pub(crate) fn pose_for(
-        &mut self,
-        ghost_px: &[Point2<f64>],
-        care: f64,
-    ) -> Option<Isometry3<f64>> {
+    pub fn pose_for(&mut self, ghost_px: &[Point2<f64>], care: f64) -> Option<Isometry3<f64>> {
         if self.focus_sd > 0.0 {
             self.camera.f_px = self.still_f_px * (1.0 + self.normal(self.focus_sd));
         }
@@ -106,13 +110,14 @@ impl World {
     }
 
     /// The whole board, if a part is wanted next and not tracked: the start of a person.
-    pub(crate) fn whole_first(&mut self, target: &Target) -> Option<Observation> {
+    pub fn whole_first(&mut self, target: &Target) -> Option<Observation> {
         let depth_m = 16.0 * self.board.square_m() * self.camera.f_px.x / f64::from(SIZE.width_px);
         let whole = Isometry3::translation(0.0, 0.0, depth_m);
         (target.leaves_picture && !self.is_followed).then(|| self.observe(&whole))
     }
 
-    pub(crate) fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
+    /// Next frame, with the board at `pose`.
+    pub fn observe(&mut self, pose: &Isometry3<f64>) -> Observation {
         self.frame += 1;
         self.time_nanos += self.step_nanos;
         let half_m = 0.5 * (self.board.columns() - 1) as f64 * self.board.square_m();
@@ -159,7 +164,8 @@ impl World {
     }
 }
 
-pub(crate) fn setup(board: Board) -> SessionSetup {
+/// The usual settings of a session with `board`.
+pub fn setup(board: Board) -> SessionSetup {
     SessionSetup {
         board,
         image_size: SIZE,
@@ -170,12 +176,12 @@ pub(crate) fn setup(board: Board) -> SessionSetup {
 
 /// Runs a session to the end and passes every input to `seen`. Also returns the number of attempts
 /// at a pose.
-pub(crate) fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, Session, usize) {
+pub fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, Session, usize) {
     guided_with(seed, CalibrationParams::default(), seen)
 }
 
 /// Runs a session with other settings of the solver.
-pub(crate) fn guided_with(
+pub fn guided_with(
     seed: u64,
     calibration: CalibrationParams,
     seen: impl FnMut(&Input, &Decision),
@@ -184,7 +190,7 @@ pub(crate) fn guided_with(
 }
 
 /// Runs a session in the given world.
-pub(crate) fn guided_in(
+pub fn guided_in(
     world: World,
     calibration: CalibrationParams,
     seen: impl FnMut(&Input, &Decision),
@@ -194,7 +200,7 @@ pub(crate) fn guided_in(
 }
 
 /// Continues the given session.
-pub(crate) fn guided_from(
+pub fn guided_from(
     mut world: World,
     mut session: Session,
     mut seen: impl FnMut(&Input, &Decision),

@@ -1,44 +1,47 @@
 //! Cameras, boards and hands drawn at random, with known truth: corners only, no pictures.
 
-use boresight::{
-    boards::Board,
-    frame::ImageSize,
-    geometry::{Camera, Corner, Distortion},
-};
+use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-pub(crate) const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+/// Size of every picture.
+pub const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 
-pub(crate) fn board() -> Board {
+/// The board of every scene: 9×6 corners, squares of 25 mm.
+pub fn board() -> Board {
     Board::new(9, 6, 0.025).expect("valid")
 }
 
 /// A camera, a board and a hand.
-pub(crate) struct Scene {
-    pub(crate) camera: Camera,
-    pub(crate) noise_px: f64,
-    pub(crate) rng: ChaCha8Rng,
+pub struct Scene {
+    /// True camera.
+    pub camera: Camera,
+    /// Standard deviation of a corner, per coordinate.
+    pub noise_px: f64,
+    /// Source of all chance.
+    pub rng: ChaCha8Rng,
     /// True to draw back poses until the camera sees the whole board.
-    pub(crate) whole_board: bool,
+    pub whole_board: bool,
 }
 
 /// A board held in front of the camera.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pose {
-    pub(crate) tilt_deg: f64,
-    pub(crate) slot_deg: f64,
+pub struct Pose {
+    /// Angle between board and image plane.
+    pub tilt_deg: f64,
+    /// Tilt azimuth.
+    pub slot_deg: f64,
     /// Width of the board over the width of the picture.
-    pub(crate) fill: f64,
+    pub fill: f64,
     /// Off the principal point, as share of the picture's width and height.
-    pub(crate) off: [f64; 2],
+    pub off: [f64; 2],
 }
 
 impl Scene {
     /// An ordinary webcam: f 0.7–1.1 widths, PP within 40 px of the centre, barrel distortion.
-    pub(crate) fn ordinary(seed: u64) -> Self {
+    pub fn ordinary(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let f_px = rng.random_range(900.0..1400.0);
         let (angle, radius): (f64, f64) =
@@ -56,13 +59,14 @@ impl Scene {
         Self { camera, noise_px, rng, whole_board: true }
     }
 
-    pub(crate) fn normal(&mut self, sigma: f64) -> f64 {
+    /// A number with normal distribution about zero.
+    pub fn normal(&mut self, sigma: f64) -> f64 {
         Normal::new(0.0, sigma).expect("not negative").sample(&mut self.rng)
     }
 
     /// The eight slots in opposed pairs as far as `count` goes, then views towards the picture's
     /// corners.
-    pub(crate) fn plan(&mut self, count: usize) -> Vec<Pose> {
+    pub fn plan(&mut self, count: usize) -> Vec<Pose> {
         const SLOTS: [f64; 8] = [0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0];
         (0..count)
             .map(|index| {
@@ -79,7 +83,7 @@ impl Scene {
     }
 
     /// Pose of the hand's board for `pose`.
-    pub(crate) fn cam_from_board(&mut self, pose: &Pose) -> Isometry3<f64> {
+    pub fn cam_from_board(&mut self, pose: &Pose) -> Isometry3<f64> {
         let slot = (pose.slot_deg).to_radians();
         let axis = Vector3::new(slot.sin(), -slot.cos(), 0.0) * pose.tilt_deg.to_radians();
         let roll = self.normal(0.05);
@@ -102,7 +106,8 @@ impl Scene {
         unreachable!("a board far away in the middle is whole")
     }
 
-    pub(crate) fn is_whole(&self, pose: &Isometry3<f64>) -> bool {
+    /// True if every corner is inside the picture, with a margin.
+    pub fn is_whole(&self, pose: &Isometry3<f64>) -> bool {
         const MARGIN_PX: f64 = 8.0;
         board().corners_in_board_m().iter().all(|point| {
             self.camera.project_board_point(pose, point).is_some_and(|seen| {
@@ -113,7 +118,7 @@ impl Scene {
     }
 
     /// Corners of the board through `project`, with noise.
-    pub(crate) fn seen(
+    pub fn seen(
         &mut self,
         poses: &[Isometry3<f64>],
         mut project: impl FnMut(usize, &Isometry3<f64>, &Point2<f64>) -> Point2<f64>,
@@ -135,12 +140,13 @@ impl Scene {
             .collect()
     }
 
-    pub(crate) fn poses(&mut self, plan: &[Pose]) -> Vec<Isometry3<f64>> {
+    /// A pose of the hand for each of `plan`.
+    pub fn poses(&mut self, plan: &[Pose]) -> Vec<Isometry3<f64>> {
         plan.iter().map(|pose| self.cam_from_board(pose)).collect()
     }
 
     /// Views of `plan` through the scene's own camera.
-    pub(crate) fn views(&mut self, plan: &[Pose]) -> Vec<Vec<Corner>> {
+    pub fn views(&mut self, plan: &[Pose]) -> Vec<Vec<Corner>> {
         let poses = self.poses(plan);
         let camera = self.camera;
         self.seen(&poses, |_, pose, point| px(&camera, pose, point))
@@ -148,11 +154,11 @@ impl Scene {
 }
 
 /// Pixel of a board point; the board is in front of the camera.
-pub(crate) fn px(camera: &Camera, pose: &Isometry3<f64>, point: &Point2<f64>) -> Point2<f64> {
+pub fn px(camera: &Camera, pose: &Isometry3<f64>, point: &Point2<f64>) -> Point2<f64> {
     at(camera, pose, &Point3::new(point.x, point.y, 0.0))
 }
 
 /// Pixel of a point near the board.
-pub(crate) fn at(camera: &Camera, pose: &Isometry3<f64>, point: &Point3<f64>) -> Point2<f64> {
+pub fn at(camera: &Camera, pose: &Isometry3<f64>, point: &Point3<f64>) -> Point2<f64> {
     camera.project(&(pose * point)).expect("in front of the camera")
 }
