@@ -2,10 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use boresight::{
-    boards::Board,
-    geometry::{Camera, Corner, Homography, PrincipalLine},
-};
+use boresight_geometry::{Camera, Corner, Homography, PrincipalLine, boards::Board};
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use proptest::{prelude::*, test_runner::RngSeed};
 

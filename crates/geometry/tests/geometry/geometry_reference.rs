@@ -1,13 +1,12 @@
 //! Closed forms against independently computed reference vectors.
 
-use boresight::geometry::{
+use boresight_geometry::{
     Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,
     principal_line_and_ring,
 };
+use boresight_testkit::reference::{list, number, point, vectors};
 use nalgebra::{Matrix3, Point2, Vector2};
 use serde_json::Value;
-
-use crate::reference::{list, number, point, vectors};
 
 fn matrix(value: &Value) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| number(&value[r][c]))

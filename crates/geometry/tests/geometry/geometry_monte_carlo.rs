@@ -1,11 +1,8 @@
 //! Stated standard deviations of the closed forms against the spread from noise.
 
-use boresight::{
-    boards::Board,
-    geometry::{
-        Camera, Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,
-        principal_line_and_ring,
-    },
+use boresight_geometry::{
+    Camera, Corner, Homography, PrincipalLine, boards::Board, intersect_unweighted,
+    intersect_weighted, principal_line_and_ring,
 };
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
