@@ -4,7 +4,6 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod acceptance;
-mod aprilgrid;
 mod bad_calibrations;
 mod bent_board;
 mod beyond_edge;
@@ -15,17 +14,12 @@ mod calibration_monte_carlo;
 mod calibration_reference;
 mod calm;
 mod camera_events;
-mod charuco;
-mod circles;
-mod detection;
-mod detector_baseline;
 mod drift;
 mod far_boards;
 mod guided_session;
 mod guided_wide;
 mod habits;
 mod imports;
-mod larger_patterns;
 mod layering;
 mod listener;
 mod natural_views;
@@ -33,10 +27,7 @@ mod one_instruction;
 #[cfg(feature = "report")]
 mod one_truth;
 mod ordinary_webcam;
-mod other_boards;
-mod partial_boards;
 mod plan_of_pages;
-mod printed_code;
 mod recording;
 mod recordings;
 mod rectified_pictures;
@@ -44,7 +35,6 @@ mod rolling_shutter;
 mod session;
 mod session_properties;
 mod simulation;
-mod steady_state;
 mod target;
 mod technician;
 mod varying_focal;

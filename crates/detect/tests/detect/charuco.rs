@@ -1,18 +1,21 @@
 //! Boards with markers: detected points have the right number, however few.
 
-use std::path::Path;
-
-use boresight::{
+use boresight_calibrate::{CalibrationParams, NotCalibrated, calibrate};
+use boresight_detect::{Detector, DetectorParams, Miss};
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{
+    Corner,
     boards::{Board, MarkerSide, Pattern},
-    calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
-    detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
-    geometry::{Corner, seen_count},
     markers::Dictionary,
+    seen_count,
+};
+use boresight_present::{
     sheet::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
-    simulation::{Scene, render_view},
     text,
 };
+use boresight_sim::{Scene, render_view};
+use boresight_testkit::fixture;
 use image::{
     GrayImage, Luma,
     imageops::{self, FilterType},
@@ -90,7 +93,7 @@ const DRAWN: [(&str, [u16; 2], &str, f64); 4] = [
 const DRAWN_SQUARE_PX: f64 = 40.0;
 
 fn drawn(name: &str) -> GrayImage {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/charuco").join(name);
+    let path = fixture("charuco").join(name);
     image::open(path).expect("a picture").into_luma8()
 }
 
@@ -296,8 +299,8 @@ fn every_corner_that_is_found_has_its_number() {
     let mut named = Named::default();
     // More pictures, to measure: BORESIGHT_PICTURES=2000; without the first ones:
     // BORESIGHT_FIRST=627.
-    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(60);
-    let first = crate::asked_for("BORESIGHT_FIRST").unwrap_or(0);
+    let pictures = boresight_testkit::asked_for("BORESIGHT_PICTURES").unwrap_or(60);
+    let first = boresight_testkit::asked_for("BORESIGHT_FIRST").unwrap_or(0);
     for seed in 0..pictures {
         let (size, dictionary, side) = BOARDS[rng.random_range(0..BOARDS.len())];
         let clutter = rng.random_range(0.0..1.0);

@@ -1,17 +1,18 @@
 //! Kalibr's AprilGrid: detected points have the right number, however few.
 
-use std::path::Path;
-
-use boresight::{
+use boresight_calibrate::{CalibrationParams, NotCalibrated, calibrate};
+use boresight_detect::{Detector, DetectorParams, Miss};
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{
+    Corner,
     boards::{Board, Pattern},
-    calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
-    detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
-    geometry::{Corner, seen_count},
     markers::Tags,
-    simulation::{Scene, render_view},
-    text,
+    seen_count,
 };
+use boresight_present::text;
+use boresight_sim::{Scene, render_view};
+use boresight_testkit::fixture;
 use image::{GrayImage, Luma, imageops};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -35,7 +36,7 @@ const DRAWN: [&str; 4] =
     ["4x3-kalibr.png", "4x3-from-top.png", "4x3-opencv-tags.png", "4x3-opencv-from-top.png"];
 
 fn drawn(name: &str) -> GrayImage {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/aprilgrid").join(name);
+    let path = fixture("aprilgrid").join(name);
     let sharp = image::open(path).expect("a picture").into_luma8();
     imageops::blur(&sharp, 0.8)
 }
@@ -98,7 +99,7 @@ fn every_tag_corner_that_is_found_has_its_number() {
     let mut rng = ChaCha8Rng::seed_from_u64(78);
     let mut named = Named::default();
     // More pictures, to measure: BORESIGHT_PICTURES=2000.
-    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(40);
+    let pictures = boresight_testkit::asked_for("BORESIGHT_PICTURES").unwrap_or(40);
     for seed in 0..pictures {
         let (size, spacing, first) = BOARDS[rng.random_range(0..BOARDS.len())];
         let clutter = rng.random_range(0.0..1.0);

@@ -1,9 +1,7 @@
 //! Steady state of the detector: grown buffers and no allocation.
 
-use boresight::{
-    detection::{Detector, DetectorParams, Prediction, Search},
-    simulation::{Scene, render_view},
-};
+use boresight_detect::{Detector, DetectorParams, Prediction, Search};
+use boresight_sim::{Scene, render_view};
 use nalgebra::{Isometry3, Vector3};
 
 #[test]

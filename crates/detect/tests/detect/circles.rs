@@ -1,15 +1,18 @@
 //! Grids of circles: detections are the images of the circles' centres, not the ellipses' centres.
 
-use boresight::{
-    boards::{Board, Pattern},
-    calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
-    detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, OtherBoard, WeighedGrid},
-    frame::ImageSize,
-    geometry::Corner,
-    markers::CircleRows,
-    simulation::{Scene, render_view},
-    text,
+use boresight_calibrate::{CalibrationParams, NotCalibrated, calibrate};
+use boresight_detect::{
+    Detection, Detector, DetectorParams, GridOutcome, Miss, OtherBoard, WeighedGrid,
 };
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{
+    Corner,
+    boards::{Board, Pattern},
+    frame::ImageSize,
+    markers::CircleRows,
+};
+use boresight_present::text;
+use boresight_sim::{Scene, render_view};
 use image::{GrayImage, Luma, imageops};
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 

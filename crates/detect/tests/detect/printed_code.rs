@@ -1,10 +1,12 @@
 //! Code in a printed board's margin, read from pictures of the sheet of `boresight target`.
 
-use boresight::{
+use boresight_detect::{DetectorParams, detect, read_code};
+use boresight_geometry::{
+    Camera, Corner, Distortion,
     board_code::{BoardCode, BoardId},
     boards::Board,
-    detection::{DetectorParams, detect, read_code},
-    geometry::{Camera, Corner, Distortion},
+};
+use boresight_present::{
     sheet::{Paper, Plan, Rectangle, Resolution, Sheet, Square, plan, png, sheet},
     text,
 };
@@ -68,7 +70,7 @@ fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<
         || bar.top_mm < plan.top_mm
         || bar.top_mm > plan.top_mm + plan.board_height_mm();
     let cell_mm = if flat { plan.board_width_mm() } else { plan.board_height_mm() }
-        / boresight::board_code::CELLS as f64;
+        / boresight_geometry::board_code::CELLS as f64;
     let (length_mm, across) = if flat { (bar.width_mm, true) } else { (bar.height_mm, false) };
     let cells = (length_mm / cell_mm).round() as u32;
     (0..=cells)
@@ -198,7 +200,7 @@ fn photograph(
     // Either strip will do.
     let cell_px = long.map(|(x0, y0, x1, y1)| {
         let length = px(x0, y0).zip(px(x1, y1)).map_or(0.0, |(a, b)| (a - b).norm());
-        length / boresight::board_code::CELLS as f64
+        length / boresight_geometry::board_code::CELLS as f64
     });
     let corners_m = printed.board.corners_in_board_m();
     let corner = |at: &Point2<f64>| camera.project(&(pose * Point3::new(at.x, at.y, 0.0)));
@@ -366,7 +368,7 @@ fn parts(pictures: u64, seed: u64, margin: Margin) -> Parts {
 /// More pictures, to measure: `BORESIGHT_PICTURES=2000`.
 #[test]
 fn the_code_says_which_part_of_a_board_is_seen() {
-    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(48);
+    let pictures = boresight_testkit::asked_for("BORESIGHT_PICTURES").unwrap_or(48);
     let coded = parts(pictures, 3, Margin::Code);
     println!("{coded:?}");
     assert_eq!(coded.wrong, 0, "{coded:?}");
@@ -379,7 +381,8 @@ fn the_code_says_which_part_of_a_board_is_seen() {
     }
 }
 
-/// Table of the documentation: `cargo test --test core printed_code -- --ignored --nocapture`.
+/// Table of the documentation: `cargo test -p boresight-detect printed_code -- --ignored
+/// --nocapture`.
 #[test]
 #[ignore = "takes minutes: make long-tests"]
 fn long_ten_thousand_pictures() {

@@ -1,19 +1,19 @@
 //! Detections in a set of hard pictures, with errors: they may only improve.
 //!
-//! `BORESIGHT_BASELINE=tighten cargo test --test core detector_baseline` stores improvements.
+//! `BORESIGHT_BASELINE=tighten cargo test -p boresight-detect detector_baseline` stores
+//! improvements.
 
 use std::{collections::BTreeMap, fs};
 
-use boresight::{
-    detection::{Detector, DetectorParams},
-    simulation::{Scene, render_view},
-};
+use boresight_detect::{Detector, DetectorParams};
+use boresight_sim::{Scene, render_view};
+use boresight_testkit::fixture;
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-const FILE: &str = "fixtures/detector_baseline.json";
+const FILE: &str = "detector_baseline.json";
 const PICTURES: u64 = 80;
 /// A fit from another start ends slightly elsewhere; mathematical libraries round differently.
 const SLACK_RMS_PX: f64 = 0.002;
@@ -48,7 +48,7 @@ fn hard_view(seed: u64) -> (Scene, Isometry3<f64>) {
 
 #[test]
 fn no_picture_has_become_worse() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/").to_owned() + FILE;
+    let path = fixture(FILE);
     let known: BTreeMap<u64, Option<Seen>> = fs::read_to_string(&path)
         .map(|text| serde_json::from_str(&text).expect("the baseline is readable"))
         .unwrap_or_default();
@@ -95,7 +95,7 @@ fn no_picture_has_become_worse() {
         fs::write(&path, text.expect("numbers have a text") + "\n")
             .expect("the baseline is written");
     }
-    assert!(!known.is_empty(), "there is no {FILE}");
+    assert!(!known.is_empty(), "there is no fixtures/{FILE}");
     for (seed, known) in known {
         let Some(known) = known else { continue };
         let seen = now.get(&seed).copied().flatten();

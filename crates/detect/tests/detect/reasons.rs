@@ -1,7 +1,5 @@
 //! True reasons for a missing board, and no boards where there are none.
 
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
-
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, OtherBoard};
 use boresight_geometry::boards::{Board, BoardChoice};
 use image::{GrayImage, Luma, imageops};

@@ -2,16 +2,16 @@
 
 use std::{cell::Cell, convert::Infallible};
 
-use boresight::{
-    boards::{BOARD_KINDS, Board, BoardChoice},
-    detection::{
-        Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Side, Track, detect,
-    },
-    frame::{CaptureTime, FrameKind},
-    geometry::{Camera, Distortion},
-    pipeline::detect_many,
-    simulation::{Scene, render_view},
+use boresight_detect::{
+    Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Side, Track, detect,
 };
+use boresight_geometry::{
+    Camera, Distortion,
+    boards::{BOARD_KINDS, Board, BoardChoice},
+    frame::{CaptureTime, FrameKind},
+};
+use boresight_run::pipeline::detect_many;
+use boresight_sim::{Scene, render_view};
 use image::{GrayImage, imageops};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -320,7 +320,7 @@ fn pictures_without_a_board_have_none() {
 #[test]
 fn fewer_pixels_are_enough_down_to_vga() {
     let mut scene = Scene::default_720p(8);
-    scene.image_size = boresight::frame::ImageSize { width_px: 640, height_px: 480 };
+    scene.image_size = boresight_geometry::frame::ImageSize { width_px: 640, height_px: 480 };
     scene.camera = Camera::pinhole(560.0, Point2::new(322.0, 236.0));
     let pose = pose(40.0, 300.0, 0.0, [0.0, 0.0, 0.42]);
     let detection = find(&render_view(&scene, &pose), &scene.board).expect("found");

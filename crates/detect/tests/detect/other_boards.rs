@@ -1,13 +1,12 @@
 //! A board of another kind is reported by name.
 
-use boresight::{
-    boards::Board,
-    detection::{Detector, DetectorParams, Miss, OtherBoard},
-    geometry::boards::BoardChoice,
+use boresight_detect::{Detector, DetectorParams, Miss, OtherBoard};
+use boresight_geometry::{
+    boards::{Board, BoardChoice},
     markers::{CircleRows, Dictionary},
-    simulation::{Scene, render_view},
-    text,
 };
+use boresight_present::text;
+use boresight_sim::{Scene, render_view};
 use image::GrayImage;
 use nalgebra::{Isometry3, Vector3};
 

@@ -1,10 +1,8 @@
 //! Strips of chequered cloth with a part of as many corners as the board: the remaining corners
 //! expose the cloth.
 
-use boresight::{
-    boards::Board,
-    detection::{Detector, DetectorParams, Miss},
-};
+use boresight_detect::{Detector, DetectorParams, Miss};
+use boresight_geometry::boards::Board;
 use image::{GrayImage, Luma};
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};

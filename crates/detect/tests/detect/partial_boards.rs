@@ -1,26 +1,25 @@
 //! Partly seen boards: detections are right, and a calibration uses them.
 
-use boresight::{
+use boresight_calibrate::{CalibrationParams, FindingCode, calibrate};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, Search, Track};
+use boresight_formats::{CalibrationFile, ViewName};
+use boresight_geometry::{
+    Camera, Corner, Distortion, LensKind,
     boards::Board,
-    calibration::{
-        CalibrationParams, FindingCode, calibrate,
-        files::{CalibrationFile, ViewName},
-    },
-    detection::{Detection, Detector, DetectorParams, Miss, Search, Track},
+    expect_unseen,
     frame::{CaptureTime, FrameId, FrameKind},
-    geometry::{Camera, Corner, Distortion, LensKind, expect_unseen, seen_count},
-    guidance::{
-        GuidanceParams, Knowledge, LensEstimate, Role, View, measure, next_target, role_of,
-    },
-    simulation::{Scene as Rendered, render_view},
-    text,
+    seen_count,
 };
+use boresight_guide::guidance::{
+    GuidanceParams, Knowledge, LensEstimate, Role, View, measure, next_target, role_of,
+};
+use boresight_present::text;
+use boresight_sim::{Scene as Rendered, render_view};
+use boresight_testkit::trust::{SIZE, Scene, board};
 use image::{GrayImage, Luma};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use crate::trust::{SIZE, Scene, board};
 
 /// Errors of the seen corners, in pixels, numbered from the better end if the board looks the same
 /// upside down.
@@ -79,7 +78,7 @@ fn no_part_of_a_board_is_taken_for_another() {
     let (mut whole, mut parts, mut tried, mut squares, mut count) = (0, 0, 0, 0.0, 0.0);
     let mut worst: f64 = 0.0;
     // More pictures, to measure: BORESIGHT_PICTURES=2000.
-    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(120);
+    let pictures = boresight_testkit::asked_for("BORESIGHT_PICTURES").unwrap_or(120);
     for seed in 0..pictures {
         let (columns, rows) = SIZES[rng.random_range(0..SIZES.len())];
         let board = Board::new(columns, rows, 0.025).expect("valid");
