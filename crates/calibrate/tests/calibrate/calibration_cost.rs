@@ -2,12 +2,8 @@
 
 use std::time::Duration;
 
-use boresight::{
-    boards::Board,
-    calibration::{CalibrationParams, calibrate},
-    frame::ImageSize,
-    geometry::{Camera, Corner},
-};
+use boresight_calibrate::{CalibrationParams, calibrate};
+use boresight_geometry::{Camera, Corner, boards::Board, frame::ImageSize};
 use nalgebra::{Isometry3, Point2, Vector3};
 use rustix::time::{ClockId, clock_gettime};
 

@@ -1,15 +1,12 @@
 //! Views as people take without guidance: boards of every size, tilt and place. Sound data must not
 //! be blamed.
 
-use boresight::{
-    calibration::{Calibration, CalibrationParams, Verdict, calibrate},
-    geometry::{Camera, Distortion},
-};
+use boresight_calibrate::{Calibration, CalibrationParams, Verdict, calibrate};
+use boresight_geometry::{Camera, Distortion};
+use boresight_testkit::trust::{Pose, SIZE, Scene, board};
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use crate::trust::{Pose, SIZE, Scene, board};
 
 /// A camera with a focal length of up to three picture widths.
 fn camera_and_hand(seed: u64, longest: f64) -> Scene {

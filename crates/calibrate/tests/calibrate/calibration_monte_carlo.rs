@@ -1,11 +1,9 @@
 //! Stated uncertainty against the spread of repeated experiments with known truth.
 
-use boresight::boards::Board;
-use boresight::calibration::{
+use boresight_calibrate::{
     Calibration, CalibrationParams, LensModel, NotCalibrated, Severity, Verdict, calibrate,
 };
-use boresight::frame::ImageSize;
-use boresight::geometry::{Camera, Corner, Distortion};
+use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

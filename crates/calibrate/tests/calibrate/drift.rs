@@ -1,26 +1,25 @@
 //! An installed camera checked with four new views: changes are reported, and nothing else.
 //!
-//! `BORESIGHT_SESSIONS=1000 cargo test --test core smallest_change -- --nocapture` prints the
-//! accuracy of the stated limits.
+//! `BORESIGHT_SESSIONS=1000 cargo test -p boresight-calibrate smallest_change -- --nocapture`
+//! prints the accuracy of the stated limits.
 
-use boresight::{
-    calibration::{
-        BundleState, Calibration, CalibrationParams, Drift, DriftVerdict, LensModel, NoDrift,
-        Observations, OldLens, adjust, calibrate, drift,
-    },
-    frame::ImageSize,
-    geometry::{BoardOutline, Camera, Corner, Distortion, LensParameter, cell_centres_px},
-    text,
+use boresight_calibrate::{
+    BundleState, Calibration, CalibrationParams, Drift, DriftVerdict, LensModel, NoDrift,
+    Observations, OldLens, adjust, calibrate, drift,
+};
+use boresight_geometry::{
+    BoardOutline, Camera, Corner, Distortion, LensParameter, cell_centres_px, frame::ImageSize,
+};
+use boresight_present::text;
+use boresight_testkit::{
+    asked_for,
+    trust::{SIZE, Scene, board},
 };
 use nalgebra::{Isometry3, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::{
-    asked_for,
-    trust::{SIZE, Scene, board},
-    varying_focal::views_with,
-};
+use crate::varying_focal::views_with;
 
 /// A camera calibrated some time ago, with frame-filling boards.
 struct Installed {

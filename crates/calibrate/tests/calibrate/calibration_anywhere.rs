@@ -3,10 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use boresight::boards::Board;
-use boresight::calibration::{CalibrationParams, Verdict, calibrate};
-use boresight::frame::ImageSize;
-use boresight::geometry::{Camera, Corner, Distortion};
+use boresight_calibrate::{CalibrationParams, Verdict, calibrate};
+use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,13 +4,15 @@
 //! `BORESIGHT_SESSIONS=1000` runs 1000 sessions of each kind of noise; a sample of them runs by
 //! default.
 
-use boresight::{
-    calibration::{
-        Acceptance, AcceptanceGoal, BOARD_SCALE_SD, Calibration, CalibrationParams, Verdict,
-        acceptance, calibrate,
-    },
-    geometry::{Camera, Corner, Distortion},
-    guidance::Progress,
+use boresight_calibrate::{
+    Acceptance, AcceptanceGoal, BOARD_SCALE_SD, Calibration, CalibrationParams, Verdict,
+    acceptance, calibrate,
+};
+use boresight_geometry::{Camera, Corner, Distortion};
+use boresight_guide::guidance::Progress;
+use boresight_testkit::{
+    trust::{Pose, SIZE, Scene, board},
+    world::guided_with,
 };
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix2, Point2, Point3, Translation3, UnitQuaternion, Vector2,
@@ -18,11 +20,7 @@ use nalgebra::{
 };
 use rand::RngExt;
 
-use crate::{
-    trust::{Pose, SIZE, Scene, board},
-    verdict_monte_carlo::{Lens, POLYNOMIAL, best_turn, px},
-    world::guided_with,
-};
+use crate::verdict_monte_carlo::{Lens, POLYNOMIAL, best_turn, px};
 
 /// Three lenses in the models, and another outside.
 const LENSES: [(&str, Lens); 4] = [

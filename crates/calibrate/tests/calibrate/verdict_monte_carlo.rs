@@ -3,14 +3,11 @@
 //!
 //! `BORESIGHT_SESSIONS=1000` runs all of them.
 
-use boresight::{
-    calibration::{Calibration, CalibrationParams, Verdict, calibrate},
-    geometry::{Camera, Distortion, LensKind, cell_centres_px},
-};
+use boresight_calibrate::{Calibration, CalibrationParams, Verdict, calibrate};
+use boresight_geometry::{Camera, Distortion, LensKind, cell_centres_px};
+use boresight_testkit::trust::{SIZE, Scene, board};
 use nalgebra::{Matrix2x3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
-
-use crate::trust::{SIZE, Scene, board};
 
 /// A possible lens of a camera, in the models or not.
 #[derive(Clone, Copy, Debug)]

@@ -1,13 +1,16 @@
 //! Bundle adjustment and free homographies against independently computed minima.
 
-use boresight::calibration::free_homography::{self, DistortionCentrePrior};
-use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
-use boresight::frame::ImageSize;
-use boresight::geometry::{BROWN_PARAMETERS, Camera, Corner, Homography, pose_from_homography};
+use boresight_calibrate::{
+    BundleState, LensModel, Observations, adjust,
+    free_homography::{self, DistortionCentrePrior},
+    zhang,
+};
+use boresight_geometry::{
+    BROWN_PARAMETERS, Camera, Corner, Homography, frame::ImageSize, pose_from_homography,
+};
+use boresight_testkit::reference::{list, number, point, vectors};
 use nalgebra::{Matrix3, Point2};
 use serde_json::Value;
-
-use crate::reference::{list, number, point, vectors};
 
 /// Reference with the middle of the picture at (960, 540).
 const SIZE: ImageSize = ImageSize { width_px: 1921, height_px: 1081 };

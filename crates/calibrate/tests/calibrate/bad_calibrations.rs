@@ -1,20 +1,15 @@
 //! Calibrations gone wrong as in the field: the right finding, and "good" only for allowed errors
 //! with a right lens.
 
-use boresight::{
-    boards::Board,
-    calibration::{
-        Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate,
-        files::{CalibrationFile, ViewName},
-    },
-    frame::ImageSize,
-    geometry::{Camera, Corner, Distortion},
-    text,
+use boresight_calibrate::{
+    Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate,
 };
+use boresight_formats::{CalibrationFile, ViewName};
+use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
+use boresight_present::text;
+use boresight_testkit::trust::{Pose, SIZE, Scene, at, board, px};
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
-
-use crate::trust::{Pose, SIZE, Scene, at, board, px};
 
 /// Input as from a person.
 struct Given {

@@ -1,11 +1,7 @@
 //! Pictures rectified by another program: the effect of interpolation on the corners isn't a lens.
 
-use boresight::{
-    boards::Board,
-    calibration::{CalibrationParams, LensFamily, calibrate},
-    frame::ImageSize,
-    geometry::{Camera, Corner, Distortion},
-};
+use boresight_calibrate::{CalibrationParams, LensFamily, calibrate};
+use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
 use boresight_testkit::error_px;
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;

@@ -1,13 +1,10 @@
 //! Views with a varying focal length: the principal point needs no common one.
 
-use boresight::{
-    calibration::{
-        Calibration, CalibrationParams, FindingCode, Focal, KnownLens, NotHeld, Verdict, calibrate,
-    },
-    geometry::{Camera, Corner, Distortion, frame::SceneScale},
+use boresight_calibrate::{
+    Calibration, CalibrationParams, FindingCode, Focal, KnownLens, NotHeld, Verdict, calibrate,
 };
-
-use crate::trust::{SIZE, Scene, board, px};
+use boresight_geometry::{Camera, Corner, Distortion, frame::SceneScale};
+use boresight_testkit::trust::{SIZE, Scene, board, px};
 
 /// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in
 /// pixels.

@@ -1,15 +1,12 @@
 //! Wide lenses: the family chosen from the corners, its uncertainty, and the principal line.
 
-use boresight::{
-    boards::Board,
-    calibration::{
-        CalibrationParams, Finding, FindingCode, KnownLens, LensFamily, LensModel, NotHeld,
-        Verdict, calibrate,
-    },
-    frame::ImageSize,
-    geometry::{
-        Camera, Corner, Distortion, Homography, LensKind, PrincipalLine, fit_pose, mean_px,
-    },
+use boresight_calibrate::{
+    CalibrationParams, Finding, FindingCode, KnownLens, LensFamily, LensModel, NotHeld, Verdict,
+    calibrate,
+};
+use boresight_geometry::{
+    Camera, Corner, Distortion, Homography, LensKind, PrincipalLine, boards::Board, fit_pose,
+    frame::ImageSize, mean_px,
 };
 use boresight_testkit::error_px;
 use nalgebra::{Isometry3, Point3, SMatrix, Translation3, UnitQuaternion, Vector2, Vector3};
