@@ -12,7 +12,6 @@ mod far_boards;
 mod guided_session;
 mod guided_wide;
 mod habits;
-mod imports;
 mod layering;
 mod listener;
 mod one_instruction;

@@ -1,16 +1,11 @@
 //! Calibrations in the formats of other programs; our own exports read back; hostile texts.
 
-use boresight::{
-    calibration::{
-        Verdict,
-        export::{
-            ExportedCamera, kalibr_camchain, mrcal_cameramodel, opencv_yaml, ros_camera_info,
-        },
-        import::{MAX_BYTES, NotImported, OldCalibration, OldFormat, read, read_sized},
-    },
-    frame::ImageSize,
-    geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind},
+use boresight_calibrate::Verdict;
+use boresight_formats::{
+    export::{ExportedCamera, kalibr_camchain, mrcal_cameramodel, opencv_yaml, ros_camera_info},
+    import::{MAX_BYTES, NotImported, OldCalibration, OldFormat, read, read_sized},
 };
+use boresight_geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind, frame::ImageSize};
 use proptest::prelude::*;
 
 /// Written by OpenCV 4's calibration sample.

@@ -1,0 +1,5 @@
+//! Calibrations of other programs, as files.
+
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
+mod imports;
