@@ -4,13 +4,7 @@
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod bent_board;
-mod beyond_edge;
 mod build_id;
-mod calm;
-mod camera_events;
-mod far_boards;
-mod guided_session;
-mod guided_wide;
 mod habits;
 mod layering;
 mod listener;
@@ -22,8 +16,6 @@ mod plan_of_pages;
 mod recording;
 mod recordings;
 mod rolling_shutter;
-mod session;
-mod session_properties;
 mod simulation;
 mod target;
 mod technician;

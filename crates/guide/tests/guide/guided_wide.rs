@@ -1,17 +1,15 @@
 //! Guided sessions with a fisheye camera: they end, with true statements; the ghost bends as the
 //! lens does.
 
-use boresight::{
-    boards::Board,
-    calibration::{CalibrationParams, LensFamily, Verdict},
-    geometry::{Camera, Distortion, LensKind},
-    ghost::Card,
-    guidance::Progress,
+use boresight_calibrate::{CalibrationParams, LensFamily, Verdict};
+use boresight_geometry::{Camera, Distortion, LensKind, boards::Board};
+use boresight_guide::guidance::Progress;
+use boresight_present::ghost::Card;
+use boresight_testkit::{
+    error_px,
+    world::{SIZE, World, guided_in},
 };
-use boresight_testkit::error_px;
 use nalgebra::{Isometry3, Point2, Vector2, Vector3};
-
-use crate::world::{SIZE, World, guided_in};
 
 /// A fisheye lens with `field_deg` across the picture, the axis off the picture's middle.
 fn fisheye(field_deg: f64, seed: u64) -> Camera {

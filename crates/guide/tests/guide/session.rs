@@ -1,32 +1,32 @@
 //! Promises of a session to a person: views keep their names, no view of another lens comes back, a
 //! new run starts without old wishes, and every board size, picture size and frame rate works.
 
-use boresight::{
-    app::session::result::calibration_file,
+use boresight_app::session::result::calibration_file;
+use boresight_detect::{Detection, Miss, Quality, Side};
+use boresight_formats::CalibrationFile;
+use boresight_geometry::{
+    Camera, Corner,
     boards::Board,
-    calibration::files::CalibrationFile,
-    config::Config,
-    detection::{Detection, Miss, Quality, Side},
     device::{CameraEvent, Control, ControlChange},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-    geometry::{Camera, Corner},
+};
+use boresight_guide::{
     guidance::{
         Advice, GuidanceParams, Knowledge, Lack, LensEstimate, Precision, Progress, Purpose,
         Refusal, Role, Target, measure, next_target,
     },
-    recording::Header,
     session::{
         Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewSummary,
         precision_of,
     },
-    text,
 };
+use boresight_present::text;
+use boresight_run::{config::Config, recording::Header};
+use boresight_testkit::world::{SIZE, World, guided, guided_from, setup};
 use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-
-use crate::world::{SIZE, World, guided, guided_from, setup};
 
 /// Shows the board until another view is taken.
 fn take_one(world: &mut World, session: &mut Session) -> Decision {
@@ -298,8 +298,9 @@ fn a_board_that_moves_on_is_not_taken_at_any_frame_rate() {
                 let error = Vector2::new(noise.sample(&mut rng), noise.sample(&mut rng));
                 Corner::isotropic(px + shift + error, 0.05)
             });
-            let outcome =
-                session.handle(&seen(number, secs, crate::world::SIZE, corners.collect())).outcome;
+            let outcome = session
+                .handle(&seen(number, secs, boresight_testkit::world::SIZE, corners.collect()))
+                .outcome;
             let is_refused = matches!(outcome, Outcome::Refused { .. });
             assert!(is_refused, "{rate_hz} Hz, frame {number}: {outcome:?}");
         }
@@ -312,7 +313,7 @@ fn the_first_frame_has_no_speed() {
     let mut session = Session::new(setup(board));
     let ghost_px = session.target().expect("collecting").ghost_px.clone();
     let corners = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
-    let decision = session.handle(&seen(0, 0.0, crate::world::SIZE, corners));
+    let decision = session.handle(&seen(0, 0.0, boresight_testkit::world::SIZE, corners));
     let refusal = Refusal::Holding { progress: 0.0 };
     assert_eq!(decision.outcome, Outcome::Refused { refusal });
     let live = session.snapshot(decision).live.expect("a frame");
@@ -366,7 +367,12 @@ fn a_frame_costs_no_more_with_many_views_than_with_few() {
             target.ghost_px.iter().map(corner).collect::<Vec<_>>()
         };
         let frame = |number: u64| {
-            seen(number, number as f64 / 30.0, crate::world::SIZE, ghost(8.0 * (number % 2) as f64))
+            seen(
+                number,
+                number as f64 / 30.0,
+                boresight_testkit::world::SIZE,
+                ghost(8.0 * (number % 2) as f64),
+            )
         };
         for number in 0..8 {
             session.handle(&frame(number));

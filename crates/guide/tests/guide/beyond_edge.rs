@@ -1,17 +1,16 @@
 //! Boards leaving the picture determine the lens better than whole boards: out to the picture's
 //! edge.
 
-use boresight::{
-    calibration::CalibrationParams,
-    detection::{Miss, Side},
-    geometry::Corner,
+use boresight_calibrate::CalibrationParams;
+use boresight_detect::{Miss, Side};
+use boresight_geometry::Corner;
+use boresight_guide::{
     guidance::{Progress, Purpose},
     session::{Command, Input, Outcome, Session},
-    text,
 };
+use boresight_present::text;
+use boresight_testkit::world::{SIZE, World, guided_from, setup};
 use nalgebra::{Isometry3, Point2};
-
-use crate::world::{SIZE, World, guided_from, setup};
 
 /// Cells along each side of the picture; the outer tenth is two cells deep.
 const CELLS: usize = 20;

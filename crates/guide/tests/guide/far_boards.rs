@@ -1,19 +1,19 @@
 //! Boards that stay small in the picture: forecast beside result.
 //!
-//! `BORESIGHT_SESSIONS=100 cargo test --test core far_boards -- --nocapture` prints the table.
+//! `BORESIGHT_SESSIONS=100 cargo test -p boresight-guide far_boards -- --nocapture` prints the
+//! table.
 
 use std::sync::Arc;
 
-use boresight::{
-    calibration::{Calibration, CalibrationParams, FindingCode, KnownLens},
-    geometry::Corner,
+use boresight_calibrate::{Calibration, CalibrationParams, FindingCode, KnownLens};
+use boresight_geometry::Corner;
+use boresight_guide::{
     guidance::{GuidanceParams, Progress},
     session::{Command, Input, Session, SessionSetup},
 };
+use boresight_testkit::world::{SIZE, World, guided, setup};
 
 use nalgebra::Translation3;
-
-use crate::world::{SIZE, World, guided, setup};
 
 /// A person unable to bring the board nearer than to a given share of the picture's width.
 struct Far {

@@ -1,19 +1,21 @@
 //! Events of a live camera reach the session as inputs: nothing is taken from a faulty camera, and
 //! the recording holds every event.
 
-use boresight::{
-    config::Config,
+use boresight_geometry::{
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
     frame::CaptureTime,
-    guidance::{Advice, Refusal},
-    recording::{Header, Replayed, SessionFolder, replay},
-    session::{Input, Outcome, Session, Stream},
-    text,
 };
-use boresight_present::browser::Live;
+use boresight_guide::{
+    guidance::{Advice, Refusal},
+    session::{Input, Outcome, Session, Stream},
+};
+use boresight_present::{browser::Live, text};
+use boresight_run::{
+    config::Config,
+    recording::{Header, Replayed, SessionFolder, replay},
+};
+use boresight_testkit::world::{SIZE, World, guided, setup};
 use tempfile::TempDir;
-
-use crate::world::{SIZE, World, guided, setup};
 
 const MODE: Mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
 

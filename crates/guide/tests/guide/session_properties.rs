@@ -2,20 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use boresight::{
+use boresight_calibrate::CalibrationParams;
+use boresight_detect::{Detection, Miss, Quality};
+use boresight_geometry::{
+    Camera, Corner, Distortion,
     boards::Board,
-    calibration::CalibrationParams,
-    detection::{Detection, Miss, Quality},
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode, PixelLayout},
+    fit_pose,
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
-    geometry::{Camera, Corner, Distortion, fit_pose},
+};
+use boresight_guide::{
     guidance::{GuidanceParams, Role},
-    recording::{Line, Replayed, replay},
     session::{
         Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewNumber,
         ViewSummary,
     },
 };
+use boresight_run::recording::{Line, Replayed, replay};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 use proptest::{prelude::*, sample::Index};
 use rand::SeedableRng;

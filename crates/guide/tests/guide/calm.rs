@@ -5,14 +5,13 @@
 
 use std::path::{Path, PathBuf};
 
-use boresight::{
-    app::window::recordings,
-    frame::CaptureTime,
+use boresight_app::window::recordings;
+use boresight_geometry::frame::CaptureTime;
+use boresight_guide::{
     guidance::Progress,
     session::{Across, Input, Prompt, Session, Snapshot, Upright},
 };
-
-use crate::world::{guided, setup};
+use boresight_testkit::world::{guided, setup};
 
 /// Prompts in the order of display, each with the time.
 struct Course {

@@ -1,13 +1,9 @@
 //! Whole guided sessions on projected corners: planner, solver and stop rule in closed loop.
 
-use boresight::{
-    calibration::{CalibrationParams, Verdict},
-    geometry::Corner,
-    guidance::Progress,
-    session::AcceptedView,
-};
-
-use crate::world::{World, guided, guided_in};
+use boresight_calibrate::{CalibrationParams, Verdict};
+use boresight_geometry::Corner;
+use boresight_guide::{guidance::Progress, session::AcceptedView};
+use boresight_testkit::world::{World, guided, guided_in};
 
 #[test]
 fn guided_sessions_end_with_the_truth_inside_their_uncertainty() {
