@@ -13,7 +13,6 @@ mod one_instruction;
 mod one_truth;
 mod ordinary_webcam;
 mod plan_of_pages;
-mod recording;
 mod recordings;
 mod rolling_shutter;
 mod simulation;

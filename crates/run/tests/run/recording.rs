@@ -2,24 +2,27 @@
 
 use std::{fs, path::Path};
 
-use boresight::{
-    app::SavedSession,
-    config::Config,
-    detection::{Detection, Miss, OtherBoard, Quality, Side},
+use boresight_app::SavedSession;
+use boresight_detect::{Detection, Miss, OtherBoard, Quality, Side};
+use boresight_geometry::{
+    Corner,
     device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind, SceneScale},
-    geometry::Corner,
-    guidance::{Purpose, Target},
     markers::{CircleRows, Dictionary},
-    recording::{Header, Journal, RecordingError, Replayed, SessionFolder, replay, stored_frame},
+};
+use boresight_guide::{
+    guidance::{Purpose, Target},
     session::{Command, Input, Observation, Session, ViewNumber},
 };
+use boresight_run::{
+    config::Config,
+    recording::{Header, Journal, RecordingError, Replayed, SessionFolder, replay, stored_frame},
+};
+use boresight_testkit::world::{SIZE, World, guided, setup};
 use image::GrayImage;
 use nalgebra::{Isometry3, Matrix2, Point2};
 use proptest::{prelude::*, test_runner::RngSeed};
 use tempfile::TempDir;
-
-use crate::world::{SIZE, World, guided, setup};
 
 fn header() -> Header {
     Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"))
