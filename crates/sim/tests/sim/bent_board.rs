@@ -1,12 +1,10 @@
 //! A simulated bent board is drawn at bent corners.
 
-use boresight::{
-    boards::Board,
-    detection::{DetectorParams, detect},
-    simulation::{Scene, render_view},
-};
+use boresight_detect::{DetectorParams, detect};
+use boresight_geometry::boards::Board;
+use boresight_sim::{Scene, render_view};
 
-use super::simulation::{corners_px, pose};
+use crate::simulation::{corners_px, pose};
 
 #[test]
 fn corners_of_a_bent_board_are_found_where_it_is_bent_to() {

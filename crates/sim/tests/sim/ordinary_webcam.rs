@@ -1,13 +1,11 @@
 //! The default simulated camera is an ordinary webcam.
 
-use boresight::{
-    detection::{DetectorParams, detect},
-    simulation::{Renderer, Scene},
-};
+use boresight_detect::{DetectorParams, detect};
+use boresight_sim::{Renderer, Scene};
 use image::GrayImage;
 use nalgebra::{Isometry3, Vector2};
 
-use super::simulation::pose;
+use crate::simulation::pose;
 
 /// Rms scatter per axis of the corners of a still board, from picture to picture, and mean stated
 /// sd.

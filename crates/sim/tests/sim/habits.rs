@@ -2,19 +2,17 @@
 
 use std::time::Duration;
 
-use boresight::{
-    capture::{Arrival, FrameSource},
-    detection::{DetectorParams, Miss, detect},
-    geometry::Corner,
-    simulation::{
-        NoCues, Renderer, Scene, SyntheticSource,
-        technician::{Cue, CueKind, Instruction, Technician, TechnicianParams},
-    },
+use boresight_capture::{Arrival, FrameSource};
+use boresight_detect::{DetectorParams, Miss, detect};
+use boresight_geometry::Corner;
+use boresight_sim::{
+    NoCues, Renderer, Scene, SyntheticSource,
+    technician::{Cue, CueKind, Instruction, Technician, TechnicianParams},
 };
 use image::GrayImage;
 use nalgebra::{Isometry3, Point2, Vector3};
 
-use super::simulation::{corners_px, pose, secs, show, wanted_poses};
+use crate::simulation::{corners_px, pose, secs, show, wanted_poses};
 
 /// An exact person with the habit.
 fn scene_with(habit: TechnicianParams, seed: u64) -> Scene {

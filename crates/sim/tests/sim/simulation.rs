@@ -2,13 +2,11 @@
 
 use std::{sync::Arc, time::Duration};
 
-use boresight::{
-    capture::{Arrival, FrameSource},
-    frame::{CaptureTime, Frame, FrameId},
-    simulation::{
-        Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view,
-        technician::{Cue, CueKind, Person, Technician},
-    },
+use boresight_capture::{Arrival, FrameSource};
+use boresight_geometry::frame::{CaptureTime, Frame, FrameId};
+use boresight_sim::{
+    Cues, Light, NoCues, Renderer, Scene, SyntheticSource, render_view,
+    technician::{Cue, CueKind, Person, Technician},
 };
 use image::GrayImage;
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};

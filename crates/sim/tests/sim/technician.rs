@@ -2,13 +2,13 @@
 
 use std::fs;
 
-use boresight::simulation::{
+use boresight_sim::{
     Scene, SceneFile,
     technician::{Cue, CueKind, Instruction, Person, Technician, TechnicianParams},
 };
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3, Vector6};
 
-use super::simulation::{corners_px, pose, secs, show, wanted_poses};
+use crate::simulation::{corners_px, pose, secs, show, wanted_poses};
 
 fn scene_with(params: TechnicianParams, seed: u64) -> Scene {
     Scene { technician: params, ..Scene::default_720p(seed) }

@@ -2,18 +2,16 @@
 
 use std::time::Duration;
 
-use boresight::{
-    capture::{Arrival, FrameSource},
-    detection::{DetectorParams, detect},
-    simulation::{
-        Light, NoCues, Renderer, Scene, SyntheticSource,
-        technician::{Person, Technician},
-    },
+use boresight_capture::{Arrival, FrameSource};
+use boresight_detect::{DetectorParams, detect};
+use boresight_sim::{
+    Light, NoCues, Renderer, Scene, SyntheticSource,
+    technician::{Person, Technician},
 };
 use image::GrayImage;
 use nalgebra::{Isometry3, Point3};
 
-use super::simulation::{corners_px, edge_px, pose, secs};
+use crate::simulation::{corners_px, edge_px, pose, secs};
 
 /// A pinhole camera without noise in even light: the light on a row tells the position of its edge.
 fn plain(seed: u64) -> Scene {
