@@ -5,13 +5,5 @@
 
 mod build_id;
 mod layering;
-mod listener;
-mod one_instruction;
-#[cfg(feature = "report")]
-mod one_truth;
-mod plan_of_pages;
 mod recordings;
-mod target;
 mod words;
-
-use boresight_testkit::{asked_for, world};

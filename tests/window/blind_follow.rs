@@ -2,8 +2,8 @@
 //! the board is brought there. Nothing of the session is read but these pixels.
 //!
 //! `BORESIGHT_SESSIONS=20 cargo test --test window only_sees -- --nocapture` prints a line for each
-//! session; people with card and sentence are in `tests/core/one_instruction.rs`, and those with
-//! the voice alone in `listener.rs`.
+//! session; people with card and sentence are in `one_instruction.rs` of `crates/present/tests`, and
+//! those with the voice alone in `listener.rs`.
 
 use boresight::{
     boards::Board,

@@ -1,25 +1,24 @@
 //! A person who only hears: the board follows the spoken words alone, taken literally.
 //!
-//! `BORESIGHT_SESSIONS=20 cargo test --test core listener -- --nocapture` prints the table of 20
-//! sessions a reading.
+//! `BORESIGHT_SESSIONS=20 cargo test -p boresight-present listener -- --nocapture` prints the table
+//! of 20 sessions a reading.
 
-use boresight::{
-    calibration::Verdict,
-    frame::CaptureTime,
+use boresight_calibrate::Verdict;
+use boresight_geometry::frame::CaptureTime;
+use boresight_guide::{
     guidance::Progress,
     session::{Input, Prompt, Session},
-    simulation::{
-        Scene,
-        technician::{Cue, CueKind, Technician},
-    },
-    text,
 };
-use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
-
-use crate::{
+use boresight_present::text;
+use boresight_sim::{
+    Scene,
+    technician::{Cue, CueKind, Technician},
+};
+use boresight_testkit::{
     asked_for,
     world::{SIZE, World, setup},
 };
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 /// Size of the reaction to a word without an amount.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,32 +1,34 @@
 //! Sentence, sign, card, outline, ring, gauges and spoken words never contradict each other, nor
 //! the measurements.
 //!
-//! `BORESIGHT_SESSIONS=400 cargo test --test core one_instruction -- --nocapture` prints the rate
-//! of changes of the sentence, and the time of people with card and sentence. People with the card
-//! alone are in `tests/window/blind_follow.rs`, those with the voice alone in `listener.rs`.
+//! `BORESIGHT_SESSIONS=400 cargo test -p boresight-present one_instruction -- --nocapture` prints
+//! the rate of changes of the sentence, and the time of people with card and sentence. People with
+//! the card alone are in `tests/window/blind_follow.rs`, those with the voice alone in
+//! `listener.rs`.
 
 use std::collections::BTreeMap;
 
-use boresight::{
-    app::PersonCues,
-    calibration::Verdict,
-    frame::CaptureTime,
-    ghost::closeness,
+use boresight_app::PersonCues;
+use boresight_calibrate::Verdict;
+use boresight_geometry::frame::CaptureTime;
+use boresight_guide::{
     guidance::{HOLD_WIDTHS_PER_SEC, Progress},
-    instruction::{Instruction, Moment, Movement},
     session::{Input, Session, Snapshot},
-    simulation::{
-        Scene,
-        technician::{Person, Technician, TechnicianParams},
-    },
+};
+use boresight_present::{
+    ghost::closeness,
+    instruction::{Instruction, Moment, Movement},
     speech::{Narrator, Rank},
 };
-use nalgebra::{Point2, Vector2};
-
-use crate::{
+use boresight_sim::{
+    Scene,
+    technician::{Person, Technician, TechnicianParams},
+};
+use boresight_testkit::{
     asked_for,
     world::{SIZE, World, setup},
 };
+use nalgebra::{Point2, Vector2};
 
 const PATIENCE_SECS: f64 = 120.0;
 

@@ -1,29 +1,35 @@
 //! The surfaces of one result, read as text: card, verdict, map, ending, terminal with its exit
-//! code, phone, report and certificate, the PDF, and the engineer's lines. None contradicts another.
+//! code, phone, report and certificate, the PDF, and the engineer's lines. None contradicts
+//! another.
 //!
-//! `BORESIGHT_SESSIONS=400 cargo test --test core one_truth -- --nocapture` runs 400 sessions.
+//! `BORESIGHT_SESSIONS=400 cargo test -p boresight-present one_truth -- --nocapture` runs 400
+//! sessions.
 
 use std::{
     convert::Infallible,
     sync::{Arc, Mutex},
 };
 
-use boresight::{
-    app::{Announcer, Exit, session::result::conclude, session::session_report},
-    calibration::{AcceptanceGoal, Calibration},
-    config::Config,
-    recording::Header,
+use boresight_app::{
+    Announcer, Exit,
+    session::{result::conclude, session_report},
+};
+use boresight_calibrate::{AcceptanceGoal, Calibration};
+use boresight_guide::session::{Command, Decision, Input, Session};
+use boresight_present::{
+    browser::EndedPage,
+    grade::Grade,
+    known::Known,
     report::{certificate_pdf, page},
-    session::{Command, Decision, Input, Session},
+    result_card::ResultCard,
     text,
 };
-use boresight_present::{browser::EndedPage, grade::Grade, known::Known, result_card::ResultCard};
-use nalgebra::{UnitQuaternion, Vector3};
-
-use crate::{
+use boresight_run::{config::Config, recording::Header};
+use boresight_testkit::{
     asked_for,
     world::{SIZE, World, setup},
 };
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Sessions of each kind without a wish for more.
 const USUAL: u64 = 2;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use boresight::simulation::technician::Person;
 use boresight_present::browser::{Plan, PlanSource, Teller};
+use boresight_sim::technician::Person;
 
 use crate::one_instruction::sitting;
 

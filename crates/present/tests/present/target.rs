@@ -1,8 +1,8 @@
 //! Printed board: statements of the files in their own units, and detection in them.
 
-use boresight::{
-    boards::Board,
-    detection::{DetectorParams, detect},
+use boresight_detect::{DetectorParams, detect};
+use boresight_geometry::boards::Board;
+use boresight_present::{
     sheet::{
         DoesNotFit, Page, Paper, Plan, Rectangle, Resolution, Sheet, Square, pdf, plan, png, sheet,
         svg,
