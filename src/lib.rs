@@ -58,8 +58,8 @@
 //!
 //! # Invariants
 //!
-//! - Up to `session` nothing reads a clock, a file, chance or another thread. `tests/core/layering`
-//!   enforces this.
+//! - Up to `session` nothing reads a clock, a file, chance or another thread.
+//!   `tests/house/layering` enforces this.
 //! - Nothing is taken from a camera while lost, frozen, or with moved focus or zoom; an incomplete
 //!   frame never becomes a picture.
 //! - A view is shown as taken only after its picture and its journal line are on disk.

@@ -18,6 +18,7 @@ use boresight::{
     guidance::RULES,
     text,
 };
+use boresight_testkit::fixture;
 use serde_json::Value;
 
 /// Tolerated difference of two numbers, relative above 1: a tenth of the uncertainty of these
@@ -51,7 +52,7 @@ const MAY_DIFFER: [&str; 10] = [
 const UNTRUSTWORTHY: &str = "untrustworthy";
 
 fn recording(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1").join(name)
+    fixture("recordings/v1").join(name)
 }
 
 fn json(path: &Path) -> Value {
