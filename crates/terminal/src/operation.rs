@@ -95,7 +95,8 @@ impl OperationArguments {
     }
 }
 
-/// Companion for the machine running the sessions. Dropping waits for the commands of `--on-finish`.
+/// Companion for the machine running the sessions. Dropping waits for the commands of
+/// `--on-finish`.
 #[derive(Default)]
 pub struct Operation {
     /// True if a program reads events.
