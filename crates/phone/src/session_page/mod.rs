@@ -145,6 +145,7 @@ impl Companion for Phone {
     }
 
     fn rig_opens(&self, run: &RigRun) {
+        self.hub.show(Stage::Starting);
         self.hub.opens(run.is_simulated(), run.board_in_words());
     }
 
