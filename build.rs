@@ -18,8 +18,8 @@ fn main() -> io::Result<()> {
     let lock = fs::read_to_string(root.join("Cargo.lock")).unwrap_or_default();
     println!("cargo:rustc-env=BORESIGHT_LIBRARIES={}", libraries(&lock, &features));
     println!("cargo:rerun-if-env-changed=BORESIGHT_COMMIT");
-    for name in SOURCES.iter().filter(|name| root.join(name).exists()) {
-        println!("cargo:rerun-if-changed={}", root.join(name).display());
+    for source in watched(root)? {
+        println!("cargo:rerun-if-changed={}", source.display());
     }
     Ok(())
 }
@@ -27,6 +27,9 @@ fn main() -> io::Result<()> {
 /// What the program is made from, below the folder with `Cargo.lock`. The defaults in `config` are compiled in.
 pub(crate) const SOURCES: [&str; 7] =
     ["Cargo.lock", "Cargo.toml", "config", "crates", "docs/schemas", "src", "wings"];
+
+/// Folders of no program: tests beside the sources of a crate, and what they share.
+const OF_TESTS: [&str; 2] = ["tests", "testkit"];
 
 /// Libraries that a bug report asks for first, with the feature that brings each; none for those of every build.
 const LIBRARIES: [(&str, &str); 12] = [
@@ -103,6 +106,28 @@ fn features() -> Vec<String> {
     features
 }
 
+/// Sources whose change makes another build, whole folders where they hold nothing else.
+fn watched(root: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut watched = Vec::new();
+    for name in SOURCES.iter().filter(|name| root.join(name).exists()) {
+        if !["crates", "wings"].contains(name) {
+            watched.push(root.join(name));
+            continue;
+        }
+        for member in parts(&root.join(name))? {
+            watched.extend(if member.is_dir() { parts(&member)? } else { vec![member] });
+        }
+    }
+    Ok(watched)
+}
+
+/// What lies in `folder`, but tests.
+fn parts(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder)?.collect::<io::Result<Vec<_>>>()?;
+    let is_part = |entry: &fs::DirEntry| !OF_TESTS.iter().any(|name| entry.file_name() == *name);
+    Ok(entries.iter().filter(|entry| is_part(entry)).map(fs::DirEntry::path).collect())
+}
+
 /// 16 hexadecimal digits, which differ if a source's name or contents do, or if the features do.
 ///
 /// # Errors
@@ -139,7 +164,7 @@ fn add(path: &Path, name: String, files: &mut Vec<(String, PathBuf)>) -> io::Res
             let entry = entry?;
             let own = entry.file_name().to_string_lossy().into_owned();
             // Not what an editor keeps beside a file.
-            if !own.starts_with('.') && !own.ends_with('~') {
+            if !own.starts_with('.') && !own.ends_with('~') && !OF_TESTS.contains(&&*own) {
                 add(&entry.path(), format!("{name}/{own}"), files)?;
             }
         }

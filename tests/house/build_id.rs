@@ -38,6 +38,24 @@ fn a_build_is_named_by_its_sources_and_not_by_its_folder() {
 }
 
 #[test]
+fn tests_beside_the_sources_name_no_other_build() {
+    let place = tempfile::tempdir().expect("a folder");
+    sources(place.path(), "");
+    let write = |name: &str| {
+        let file = place.path().join(name);
+        fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+        fs::write(file, "fn fact() {}").expect("written");
+    };
+    write("crates/one/src/lib.rs");
+    let first = build_id(place.path());
+    write("crates/one/tests/one/main.rs");
+    write("crates/testkit/src/lib.rs");
+    assert_eq!(first, build_id(place.path()));
+    write("crates/two/src/lib.rs");
+    assert_ne!(first, build_id(place.path()));
+}
+
+#[test]
 fn another_default_or_feature_is_another_build() {
     let place = tempfile::tempdir().expect("a folder");
     sources(place.path(), "");
