@@ -1,6 +1,6 @@
 //! Simulated cameras with identifiable pictures, and the result of a run.
 
-#![allow(dead_code, reason = "each test program uses its part")]
+#![allow(dead_code, unused_imports, reason = "each test program uses its part")]
 
 use std::time::Duration;
 
@@ -14,33 +14,15 @@ use boresight::{
     session::{Input, Session},
     simulation::kernel::{SimCamera, SimControl, SimKernel},
 };
-use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
+use image::GrayImage;
 
-pub(crate) const SIZE: (u32, u32) = (96, 64);
+pub(crate) use boresight_testkit::numbered::{SIZE, jpeg, jpeg_picture, number, picture};
+
 pub(crate) const FOCUS: u32 = 0x009a_090a;
 pub(crate) const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
 pub(crate) const ZOOM: u32 = 0x009a_090d;
 pub(crate) const EXPOSURE: u32 = 0x009a_0902;
 pub(crate) const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
-
-/// Picture `number`: its number in the first row, the rest computed from it.
-pub(crate) fn picture(number: u64) -> GrayImage {
-    GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| {
-        let value = if y == 0 {
-            if x < 32 && number >> x & 1 == 1 { 200 } else { 60 }
-        } else {
-            60 + ((u64::from(x) * 7 + u64::from(y) * 13 + number * 31) % 120) as u8
-        };
-        image::Luma([value])
-    })
-}
-
-/// Number of a picture exactly equal to a [`picture`].
-pub(crate) fn number(image: &GrayImage) -> Option<u64> {
-    let bit = |x: u32| u64::from(image.get_pixel(x, 0).0[0] > 130) << x;
-    let number = (0..32).map(bit).sum();
-    (*image == picture(number)).then_some(number)
-}
 
 /// A grey camera with all lockable controls.
 pub(crate) fn grey(node: u32) -> SimCamera {
@@ -52,28 +34,6 @@ pub(crate) fn grey(node: u32) -> SimCamera {
     camera.controls.insert(EXPOSURE, SimControl::at(156));
     camera.controls.insert(EXPOSURE_AUTOMATIC, SimControl::at(3));
     camera
-}
-
-/// Pictures of a motion-JPEG camera: a moving pattern, compressed as by a camera.
-pub(crate) fn jpeg_picture(number: u64, (width, height): (u32, u32)) -> GrayImage {
-    GrayImage::from_fn(width, height, |x, y| {
-        let (x, y) = (f64::from(x), f64::from(y));
-        let shift = (number % 17) as f64 * 1.3;
-        let square = ((x + shift) / 23.0).floor() + ((y + 0.3 * shift) / 19.0).floor();
-        let wave = 22.0 * ((x * 0.11 + shift).sin() + (y * 0.23).cos());
-        image::Luma([(if square as i64 % 2 == 0 { 70.0 } else { 170.0 } + wave) as u8])
-    })
-}
-
-pub(crate) fn jpeg(number: u64, size: (u32, u32)) -> Vec<u8> {
-    let picture = jpeg_picture(number, size);
-    // Grey as colour, as cameras send it: three components.
-    let rgb: Vec<u8> = picture.as_raw().iter().flat_map(|value| [*value; 3]).collect();
-    let mut bytes = Vec::new();
-    JpegEncoder::new_with_quality(&mut bytes, 80)
-        .encode(&rgb, size.0, size.1, ExtendedColorType::Rgb8)
-        .expect("encodes");
-    bytes
 }
 
 /// A motion-JPEG camera.

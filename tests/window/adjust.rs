@@ -25,7 +25,7 @@ use image::GrayImage;
 use nalgebra::Point2;
 use tempfile::TempDir;
 
-use crate::paint::Painter;
+use crate::painter;
 
 fn page(step: WayBack, size: Vec2) -> Harness<'static, AdjustPage> {
     let link = Arc::new(Link::default());
@@ -33,7 +33,7 @@ fn page(step: WayBack, size: Vec2) -> Harness<'static, AdjustPage> {
     let mut harness = Harness::builder()
         .with_size(size)
         .with_theme(Theme::Dark)
-        .renderer(Painter::default())
+        .renderer(painter())
         .with_context_setup(apply_theme)
         .build_ui_state(
             |ui, page: &mut AdjustPage| page.show(ui),

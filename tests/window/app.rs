@@ -18,7 +18,7 @@ use egui_kittest::{
     kittest::{NodeT, Queryable},
 };
 
-use crate::paint::Painter;
+use crate::painter;
 
 pub(crate) type Window = Harness<'static, Option<App>>;
 
@@ -28,15 +28,14 @@ pub(crate) fn window(app: impl FnOnce(&egui::Context) -> App) -> Window {
 }
 
 fn window_of(size: egui::Vec2, app: impl FnOnce(&egui::Context) -> App) -> Window {
-    let mut window =
-        Harness::builder().with_size(size).renderer(Painter::default()).build_ui_state(
-            |ui, app: &mut Option<App>| {
-                let Some(app) = app else { return };
-                app.look(&ui.ctx().clone());
-                app.paint(ui);
-            },
-            None,
-        );
+    let mut window = Harness::builder().with_size(size).renderer(painter()).build_ui_state(
+        |ui, app: &mut Option<App>| {
+            let Some(app) = app else { return };
+            app.look(&ui.ctx().clone());
+            app.paint(ui);
+        },
+        None,
+    );
     let app = app(&window.ctx);
     *window.state_mut() = Some(app);
     window.step();

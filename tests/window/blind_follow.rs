@@ -17,13 +17,13 @@ use boresight::{
     },
     ui::{Placed, guide},
 };
+use boresight_testkit::eyes::{Look, Quad, Sight};
 use egui::{Rect, Theme, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use nalgebra::{Point2, Vector2, Vector3};
 
 use crate::{
     Page, Table,
-    eyes::{Look, Quad, Sight},
     fixtures::{Moment, moments},
     harness_at,
     matrix::{picture, square_to},

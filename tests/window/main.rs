@@ -12,11 +12,9 @@ mod comparison;
 mod contrast;
 mod design;
 mod engineer;
-mod eyes;
 mod fits;
 mod fixtures;
 mod matrix;
-mod paint;
 mod paint_time;
 #[cfg(feature = "serve")]
 mod phone;
@@ -52,7 +50,10 @@ use boresight::{
         user_error,
     },
 };
-use boresight_testkit::world::{self, SIZE};
+use boresight_testkit::{
+    paint::Painter,
+    world::{self, SIZE},
+};
 use egui::{
     Theme, Vec2,
     accesskit::{Live, Role},
@@ -63,7 +64,11 @@ use egui_kittest::{
 };
 use fixtures::{Moment, moments};
 use image::GrayImage;
-use paint::Painter;
+
+/// Renderer without a graphics card.
+fn painter() -> Painter {
+    Painter::new(boresight::ui::theme::background)
+}
 
 /// Contents of a test's table.
 struct Table {
@@ -186,7 +191,7 @@ fn harness_at(
         .with_size(size)
         .with_pixels_per_point(scale)
         .with_theme(theme)
-        .renderer(Painter::default())
+        .renderer(painter())
         .with_context_setup(apply_theme)
         .build_ui_state(show, table);
     screen.picture.show_frame(&frame, 9.99);
@@ -397,11 +402,10 @@ fn a_session_that_cannot_start_says_what_to_do() {
         first: None,
     };
     let asked = wish.clone();
-    let mut harness =
-        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
-            move |ui, asks: &mut Vec<UiAction>| user_error::show(ui, &trouble, &asked, asks),
-            Vec::new(),
-        );
+    let mut harness = Harness::builder().with_size(SMALLEST).renderer(painter()).build_ui_state(
+        move |ui, asks: &mut Vec<UiAction>| user_error::show(ui, &trouble, &asked, asks),
+        Vec::new(),
+    );
     harness.get_by_label("No permission to use the camera");
     harness.get_by_label("Try again").click();
     harness.run();
@@ -428,7 +432,7 @@ fn a_replay_steps_through_decisions_and_says_why() {
     });
     let mut page = Harness::builder()
         .with_size(SMALLEST)
-        .renderer(Painter::default())
+        .renderer(painter())
         .with_context_setup(apply_theme)
         .build_ui_state(replay::show, replayed.expect("there are steps"));
     let says = |page: &Harness<'_, Replayed>, words: &str| {

@@ -14,12 +14,12 @@ use boresight::{
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};
 
-use crate::paint::Painter;
+use crate::painter;
 
 type Table = (Picker, Vec<UiAction>);
 
 fn page(picker: Picker) -> Harness<'static, Table> {
-    Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+    Harness::builder().with_size(SMALLEST).renderer(painter()).build_ui_state(
         |ui, (picker, asks): &mut Table| pick(ui, picker, asks),
         (picker, Vec::new()),
     )

@@ -42,8 +42,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::{
     app::{Window, app, click, settle, until, window},
-    draft,
-    paint::Painter,
+    draft, painter,
 };
 
 /// A camera that sees a ramp.
@@ -79,7 +78,7 @@ fn page(draft: SessionRequest, choices: Choices) -> Harness<'static, Table> {
     let mut page = Harness::builder()
         .with_size(SMALLEST)
         .with_context_setup(apply_theme)
-        .renderer(Painter::default())
+        .renderer(painter())
         .build_ui_state(
             |ui, (page, choices, asks): &mut Table| {
                 page.see(choices);
@@ -376,7 +375,7 @@ fn a_board_with_markers_looks_as_it_did() {
             .with_pixels_per_point(scale)
             .with_theme(theme)
             .with_context_setup(apply_theme)
-            .renderer(Painter::default())
+            .renderer(painter())
             .build_ui_state(
                 |ui, (page, choices, asks): &mut Table| start::show(ui, page, choices, asks),
                 (StartPage::new(draft), choices(), Vec::new()),
@@ -398,10 +397,9 @@ fn beyond_the_sides(page: &Harness<'_, Table>, size: egui::Vec2) -> Vec<String> 
 
 #[test]
 fn the_board_is_shown_in_a_window_of_its_own() {
-    let mut page =
-        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui(|ui| {
-            start::show_board(ui.ctx(), BoardChoice::of([7, 5], Pattern::Plain));
-        });
+    let mut page = Harness::builder().with_size(SMALLEST).renderer(painter()).build_ui(|ui| {
+        start::show_board(ui.ctx(), BoardChoice::of([7, 5], Pattern::Plain));
+    });
     page.run();
     let picture = page.render().expect("painted");
     let share = |is: &dyn Fn(u8) -> bool| {

@@ -5,12 +5,20 @@
 //! | [`world`] | a person with a camera: whole sessions on projected corners |
 //! | [`trust`] | cameras, boards and hands drawn at random, corners only |
 //! | [`pictures`] | rendered views of a board |
+//! | [`numbered`] | pictures of a camera that tell their number |
+//! | `paint` | the window's triangles, painted without a graphics card |
+//! | `eyes` | what a person sees there |
 //! | [`reference`](mod@reference) | independently computed numbers |
 
 #![forbid(unsafe_code)]
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod distance;
+#[cfg(feature = "paint")]
+pub mod eyes;
+pub mod numbered;
+#[cfg(feature = "paint")]
+pub mod paint;
 pub mod pictures;
 pub mod reference;
 pub mod trust;

@@ -5,20 +5,28 @@
 
 use std::collections::HashMap;
 
-use boresight::ui::theme::background;
 use egui::{
-    Color32, Context, FullOutput,
+    Color32, Context, FullOutput, Visuals,
     epaint::{ImageData, Mesh, Primitive, TextureId, textures::TextureFilter},
 };
 use egui_kittest::TestRenderer;
 use image::RgbaImage;
 
 /// Red, green, blue, opacity; 0 to 1, premultiplied.
-type Rgba = [f32; 4];
+pub type Rgba = [f32; 4];
 
-#[derive(Default)]
-pub(crate) struct Painter {
+/// Renderer for a window's test.
+pub struct Painter {
+    /// Colour behind everything, of a theme.
+    background: fn(&Visuals) -> Rgba,
     textures: HashMap<TextureId, Texture>,
+}
+
+impl Painter {
+    /// Renderer that clears the window to `background`.
+    pub fn new(background: fn(&Visuals) -> Rgba) -> Self {
+        Self { background, textures: HashMap::new() }
+    }
 }
 
 struct Texture {
@@ -91,7 +99,7 @@ impl TestRenderer for Painter {
         let scale = ctx.pixels_per_point();
         let points = ctx.content_rect().size() * scale;
         let size = [points.x.round() as usize, points.y.round() as usize];
-        let ground = background(&ctx.style_of(ctx.theme()).visuals);
+        let ground = (self.background)(&ctx.style_of(ctx.theme()).visuals);
         let mut canvas = Canvas { size, pixels: vec![ground; size[0] * size[1]] };
         for clipped in ctx.tessellate(output.shapes.clone(), scale) {
             let Primitive::Mesh(mesh) = &clipped.primitive else { continue };

@@ -5,11 +5,11 @@ use image::RgbaImage;
 use nalgebra::{Point2, Vector2};
 
 /// Corners, clockwise on the screen from the upper left.
-pub(crate) type Quad = [Point2<f64>; 4];
+pub type Quad = [Point2<f64>; 4];
 
 /// Sight in a picture.
 #[derive(Debug)]
-pub(crate) enum Sight {
+pub enum Sight {
     /// The flash after a view.
     Flash,
     /// Corners of the card, clockwise from the upper left.
@@ -97,12 +97,13 @@ fn quad(mut polygon: Vec<Point2<f64>>, picture: Rect) -> Option<Quad> {
 }
 
 /// A look at a painted window.
-pub(crate) struct Look<'a> {
-    pub(crate) painted: &'a RgbaImage,
+pub struct Look<'a> {
+    /// The whole window.
+    pub painted: &'a RgbaImage,
     /// The camera's picture, down to the sentence.
-    pub(crate) picture: Rect,
+    pub picture: Rect,
     /// Around the board in the air.
-    pub(crate) disc: Rect,
+    pub disc: Rect,
 }
 
 impl Look<'_> {
@@ -149,7 +150,8 @@ impl Look<'_> {
         found
     }
 
-    pub(crate) fn sees(&self) -> Sight {
+    /// What stands out in the window.
+    pub fn sees(&self) -> Sight {
         let picture = self.picture;
         let edge = picture.shrink(4.0);
         let corners = [edge.left_top(), edge.right_top(), edge.left_bottom(), edge.right_bottom()];
