@@ -305,7 +305,11 @@ mod tests {
         let place = tempfile::tempdir()?;
         let folder = place.path().join("one");
         let config = Config::load(None, &["guidance.plan=\"quick\"".into()])?;
-        let opening = Opening { out: Some(folder.clone()), ..Opening::new("sim", config) };
+        let opening = Opening {
+            out: Some(folder.clone()),
+            max_frames: Some(300),
+            ..Opening::new("sim", config)
+        };
         let host = Host::silent();
         let finished = host.finish(host.open(&opening)?)?;
         let views = finished.session.accepted().len();
