@@ -28,7 +28,7 @@ fn main() -> io::Result<()> {
 pub(crate) const SOURCES: [&str; 7] =
     ["Cargo.lock", "Cargo.toml", "config", "crates", "docs/schemas", "src", "wings"];
 
-/// Folders of no program: tests beside the sources of a crate, and what they share.
+/// Folders of tests and their fixtures, compiled into no program.
 const OF_TESTS: [&str; 2] = ["tests", "testkit"];
 
 /// Libraries that a bug report asks for first, with the feature that brings each; none for those of every build.

@@ -239,8 +239,7 @@ impl Arguments {
             ..Opening::new(&self.source, config)
         };
         let host = Host::new(announcer(), stop_flag()?);
-        let finished = host.open(&opening).and_then(|run| host.finish(run));
-        Ok(guide::concluded(&host, finished, self.json)?.exit)
+        Ok(guide::printed(host.session(&opening)?, self.json)?.exit)
     }
 }
 

@@ -74,7 +74,7 @@ impl Arguments {
         };
         let host = Host::new(announcer(), stop_flag()?).paced(!self.fast);
         let finished = guide::in_terminal(&host, &opening, None);
-        let concluded = guide::concluded(&host, finished, self.json)?;
+        let concluded = guide::printed(host.conclude(finished)?, self.json)?;
         let report = concluded.path.join(REPORT_FILE);
         if !self.no_open && report.is_file() && desktop::has_display() {
             // The path is on the screen in any case.

@@ -225,7 +225,7 @@ impl Arguments {
 fn sessions(beside: &Beside, mut opening: Opening, as_json: bool) -> anyhow::Result<Exit> {
     loop {
         let finished = in_terminal(&beside.host, &opening, beside.code());
-        let concluded = concluded(&beside.host, finished, as_json)?;
+        let concluded = printed(beside.host.conclude(finished)?, as_json)?;
         if !beside.wants_more() {
             return Ok(concluded.exit);
         }
@@ -255,13 +255,8 @@ pub(super) fn in_terminal(
     host.watched_by(status.onlooker()).finish(run)
 }
 
-/// Announces and stores the result of a finished session; prints it as JSON with `as_json`.
-pub(super) fn concluded(
-    host: &Host,
-    finished: anyhow::Result<FinishedRun>,
-    as_json: bool,
-) -> anyhow::Result<Concluded> {
-    let concluded = host.conclude(finished)?;
+/// Prints the result as JSON with `as_json`.
+pub(super) fn printed(concluded: Concluded, as_json: bool) -> anyhow::Result<Concluded> {
     if as_json {
         print(&concluded.result.to_json()?.to_string())?;
     }

@@ -11,7 +11,7 @@ use std::{
 
 use clap::Args;
 
-use super::guide::concluded;
+use super::guide::printed;
 use boresight_app::{Announcer, Exit, Host, Opening};
 use boresight_guide::session::Snapshot;
 use boresight_present::text;
@@ -99,7 +99,7 @@ impl Arguments {
         let finished = watched.open(&opening).and_then(|run| watched.finish(run));
         patience.progress.finish();
         let host = host.announced_by(terminal_announcer());
-        Ok(concluded(&host, finished, self.json)?.exit)
+        Ok(printed(host.conclude(finished)?, self.json)?.exit)
     }
 }
 

@@ -5,7 +5,7 @@
 //! | [`world`] | a person with a camera: whole sessions on projected corners |
 //! | [`trust`] | cameras, boards and hands drawn at random, corners only |
 //! | [`pictures`] | rendered views of a board |
-//! | [`numbered`] | pictures of a camera that tell their number |
+//! | [`numbered`] | pictures of a camera, with their number in the pixels |
 //! | `paint` | the window's triangles, painted without a graphics card |
 //! | `eyes` | what a person sees there |
 //! | [`reference`](mod@reference) | independently computed numbers |

@@ -1,4 +1,4 @@
-//! Pictures of a camera that tell their number, so that a test knows which one came out.
+//! Numbered pictures: a test reads the number back from the pixels.
 
 use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder};
 

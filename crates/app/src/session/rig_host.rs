@@ -11,7 +11,7 @@ use crate::{RIG_REPORT, RIG_RESULT};
 use boresight_files::Overwrite;
 use boresight_guide::rig::RigPrompt;
 
-/// Time that a sentence must have been right before it's said: a board passes through many.
+/// Least age of a request before its sentence: a moving board passes through many requests.
 const SETTLED: Duration = Duration::from_millis(400);
 
 impl Host {

@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::charuco::Named;
+use crate::{charuco::Named, turned::turned};
 
 const TAG_M: f64 = 0.03;
 
@@ -52,21 +52,12 @@ fn tags_are_found_whichever_way_they_stand_and_are_numbered() {
     for name in DRAWN {
         let picture = drawn(name);
         for quarter_turns in 0..4 {
-            let turned =
-                (0..quarter_turns).fold(picture.clone(), |picture, _| imageops::rotate90(&picture));
+            let (turned, expected_px) = turned(&picture, quarter_turns);
             let found = Detector::new(DetectorParams::default()).detect(&turned, &board);
             let found = found.unwrap_or_else(|miss| panic!("{name}, {quarter_turns}: {miss:?}"));
             for (index, corner) in found.corners.iter().enumerate() {
                 let at = [index % 8, index / 8].map(drawn_px);
-                // A quarter turn clockwise.
-                let (width, height) = (f64::from(picture.width()), f64::from(picture.height()));
-                let expected = match quarter_turns {
-                    0 => [at[0], at[1]],
-                    1 => [height - 1.0 - at[1], at[0]],
-                    2 => [width - 1.0 - at[0], height - 1.0 - at[1]],
-                    _ => [at[1], width - 1.0 - at[0]],
-                };
-                let off_px = (corner.px - Point2::from(expected)).norm();
+                let off_px = (corner.px - expected_px(at)).norm();
                 assert!(corner.is_seen() && off_px < 0.01, "{name} {index}: {off_px} px");
             }
         }

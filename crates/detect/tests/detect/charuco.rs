@@ -25,6 +25,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
+use crate::turned::turned;
+
 /// Detections of boards with self-identifying points.
 #[derive(Default)]
 pub(crate) struct Named {
@@ -103,22 +105,13 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
         let board = board(squares, dictionary, side_squares);
         let picture = drawn(name);
         for quarter_turns in 0..4 {
-            let turned =
-                (0..quarter_turns).fold(picture.clone(), |picture, _| imageops::rotate90(&picture));
+            let (turned, expected_px) = turned(&picture, quarter_turns);
             let found = Detector::new(DetectorParams::default()).detect(&turned, &board);
             let found = found.unwrap_or_else(|miss| panic!("{name}, {quarter_turns}: {miss:?}"));
             for (index, corner) in found.corners.iter().enumerate() {
                 let (column, row) = (index % board.columns(), index / board.columns());
                 let at = [column, row].map(|place| (place as f64 + 2.0) * DRAWN_SQUARE_PX - 0.5);
-                // A quarter turn clockwise.
-                let (width, height) = (f64::from(picture.width()), f64::from(picture.height()));
-                let expected = match quarter_turns {
-                    0 => [at[0], at[1]],
-                    1 => [height - 1.0 - at[1], at[0]],
-                    2 => [width - 1.0 - at[0], height - 1.0 - at[1]],
-                    _ => [at[1], width - 1.0 - at[0]],
-                };
-                let off_px = (corner.px - Point2::from(expected)).norm();
+                let off_px = (corner.px - expected_px(at)).norm();
                 assert!(corner.is_seen() && off_px < 0.1, "{name} {index}: {off_px} px");
             }
         }

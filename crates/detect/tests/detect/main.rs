@@ -14,3 +14,4 @@ mod partial_boards;
 mod printed_code;
 mod reasons;
 mod steady_state;
+mod turned;
